@@ -1,0 +1,59 @@
+# make demo: a certified controller for the paper's second example. make test: every check.
+# Both need Python 3.11 or newer, a C compiler and nothing else; everything stays in .venv.
+
+SHELL := /bin/bash
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+LANE := .ci/lane
+EXAMPLES := $(sort $(wildcard examples/*.yaml))
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+.PHONY: demo test test-all bench generated figures install tools clean
+
+demo: install
+	@$(BIN)/bfppc-synth examples/paper_example_2.yaml --out build/paper_example_2
+
+test: install tools
+	@$(LANE) lint $(BIN)/ruff check --quiet .
+	@$(LANE) format $(BIN)/ruff format --check --quiet .
+	@$(LANE) types $(BIN)/mypy --no-error-summary
+	@$(LANE) imports $(BIN)/lint-imports >build/imports.log || { cat build/imports.log; exit 1; }
+	@tail -n 1 build/imports.log
+	@$(BIN)/python -m pytest
+
+# The same tests with ten times the random cases.
+test-all: export BFPPC_TESTS := all
+test-all: test
+
+bench: install
+	@$(BIN)/python benchmarks/bench_speed.py
+
+generated: install
+	@set -e; for plant in $(EXAMPLES); do $(BIN)/bfppc-synth $$plant --quiet; done
+
+figures: install
+	@$(BIN)/python docs/draw_picture.py
+
+install: $(STAMP)
+
+$(STAMP): requirements.lock pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+	  || { echo 'Python 3.11 or newer is needed: make PYTHON=/path/to/python3.11 $(MAKECMDGOALS)' >&2; exit 1; }
+	@$(BIN)/python -c '' 2>/dev/null || $(PYTHON) -m venv --clear $(VENV) \
+	  || { echo 'python -m venv failed; Debian and Ubuntu keep it in the package python3-venv' >&2; exit 1; }
+	@$(LANE) install $(BIN)/python -m pip install -qq --no-input --requirement requirements.lock
+	@$(BIN)/python -m pip install -qq --no-input --no-deps --no-build-isolation --editable .
+	@mkdir -p build
+	@touch $@
+
+# A test that cannot run is a failure, so the compilers are asked for before anything starts.
+tools:
+	@mkdir -p build
+	@for tool in gcc g++ make; do command -v $$tool >/dev/null \
+	  || { echo "$$tool is missing: the tests compile the generated C and C++" >&2; exit 1; }; done
+
+clean:
+	rm -rf build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache $(VENV)
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

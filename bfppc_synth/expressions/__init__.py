@@ -1,0 +1,1 @@
+"""The user's mathematics: grammar, exact constants, and the step into sympy."""

@@ -1,0 +1,46 @@
+"""A design: gains, tube, bounds, certificate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from bfppc_synth.model.bounds import (
+        CenterBounds,
+        ChainBounds,
+        Conditions,
+        Majorants,
+        SignalBounds,
+    )
+    from bfppc_synth.model.certificate import Certificate
+    from bfppc_synth.model.plant import Plant
+    from bfppc_synth.model.shapes import Gain
+    from bfppc_synth.model.spec import PlantSpec
+    from bfppc_synth.model.stages import Stage
+    from bfppc_synth.model.theorem1 import Theorem1Bounds
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Design:
+    """Everything that the code generation, the simulation and the report read.
+
+    ``gains`` phi_1..phi_n, ``omega`` p_1..p_n; ``largest_certified_period`` is a lower bound
+    on the sample period [s] that these gains tolerate; ``stages`` are the free stages of
+    theorem3, whose last stage everything else here is about (``signals`` are common to all);
+    ``theorem1`` is there with that method only.
+    """
+
+    spec: PlantSpec
+    plant: Plant
+    majorants: Majorants
+    signals: SignalBounds
+    center: CenterBounds
+    conditions: Conditions
+    gains: tuple[Gain, ...]
+    omega: tuple[float, ...]
+    bounds: ChainBounds[float]
+    certificate: Certificate
+    largest_certified_period: float
+    stages: tuple[Stage, ...] = ()
+    theorem1: Theorem1Bounds | None = None

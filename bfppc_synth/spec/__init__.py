@@ -1,0 +1,1 @@
+"""The plant file: all distrust of user text lives here."""
