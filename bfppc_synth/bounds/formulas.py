@@ -1,0 +1,128 @@
+"""The chain as formulas: the same code, run on symbols."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import sympy as sp
+
+from bfppc_synth.bounds.chain import ChainInput, ChainRules, evaluate_chain
+from bfppc_synth.bounds.numbers import SymbolNumbers
+from bfppc_synth.model.shapes import GenericShape, Terms
+
+if TYPE_CHECKING:
+    from bfppc_synth.model.shapes import Gain
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChainFormula:
+    """One line of the chain: LaTeX of the constant, of its definition, and where it is found.
+
+    ``field`` is the name in report.json's ``bounds`` and ``index`` its 0-based position there
+    (None for a scalar).
+    """
+
+    symbol: str
+    definition: str
+    field: str
+    index: int | None
+
+
+class _SymbolResidual:
+    """W_i, maj g_i*, g_{m,i} of center performance as named symbols."""
+
+    def disturbance(self, index: int, xi: tuple[sp.Expr, ...]) -> sp.Expr:
+        del xi
+        i = index + 1
+        drift, unknown = (
+            _positive(rf"\overline{{f}}_{{{i}}}"),
+            _positive(rf"\overline{{d}}_{{{i}}}"),
+        )
+        return drift + unknown + _positive(rf"\sup\left|\dot{{r}}_{{{i}}}\right|")
+
+    def gain_upper(self, index: int, xi: tuple[sp.Expr, ...]) -> sp.Expr:
+        del xi
+        return _positive(rf"\overline{{g}}_{{{index + 1}}}")
+
+    def gain_lower(self, index: int, xi: tuple[sp.Expr, ...]) -> sp.Expr:
+        del xi
+        return _positive(rf"\underline{{g}}_{{{index + 1}}}")
+
+
+class _Recorder(SymbolNumbers):
+    """Names every constant and remembers where report.json keeps it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.places: list[tuple[str, int]] = []
+
+    def record(self, symbol: str, index: int, value: sp.Expr) -> sp.Symbol:
+        self.places.append((symbol, index))
+        return super().record(symbol, index, value)
+
+
+def _positive(name: str) -> sp.Symbol:
+    return sp.Symbol(name, positive=True)
+
+
+def chain_formulas(shapes: tuple[Gain, ...], rules: ChainRules) -> tuple[ChainFormula, ...]:
+    """Write out the chain for shapes with these terms.
+
+    Parameters
+    ----------
+    shapes : tuple[Gain, ...]
+        phi_1..phi_n; a term with gain 0 is left out.
+    rules : ChainRules
+        The forms that the design was made with.
+
+    Returns
+    -------
+    tuple[ChainFormula, ...]
+        In the order of evaluation, X_1 first and U last.
+
+    References
+    ----------
+    docs/theory.md sections 2 and 3.
+    """
+    order, numbers = len(shapes), _Recorder()
+    start: ChainInput[sp.Expr] = ChainInput(
+        shapes=tuple(_symbolic(shape, i + 1) for i, shape in enumerate(shapes)),
+        half_widths=tuple(_positive(f"p_{{{i + 1}}}") for i in range(order)),
+        r_bound=tuple(_positive(rf"\sup\left|r_{{{i + 1}}}\right|") for i in range(order)),
+        feed=(*(_positive(f"s_{{{i + 2}}}") for i in range(order - 1)), sp.Integer(0)),
+        v=sp.Integer(0),
+        v_rate=sp.Integer(0),
+        v_start=sp.Integer(0),
+        delta=tuple(_positive(rf"\delta_{{0,{i + 1}}}") for i in range(order)),
+        hold=_positive(r"\left(h+\tau\right)"),
+        delay=_positive(r"{\tau}"),
+        actuator_error=_positive(r"\delta_{u}"),
+    )
+    evaluate_chain(start, _SymbolResidual(), numbers, rules)
+    scalars = {"zeta", "V", "U", "delta_v"}
+    return tuple(
+        ChainFormula(
+            symbol=sp.latex(symbol),
+            definition=sp.latex(definition),
+            field=field,
+            index=None if field in scalars else index,
+        )
+        for (symbol, definition), (field, index) in zip(
+            numbers.definitions, numbers.places, strict=True
+        )
+        if field != "delta_v"
+    )
+
+
+def _symbolic(shape: Gain, i: int) -> GenericShape[sp.Expr]:
+    terms = shape.generic.terms
+    zero = sp.Integer(0)
+    return GenericShape(
+        k=_positive(f"k_{{{i}}}") if Terms.LINEAR in terms else zero,
+        M=_positive(f"M_{{{i}}}") if Terms.TANH in terms else zero,
+        epsilon=_positive(rf"\varepsilon_{{{i}}}"),
+        c=_positive(f"c_{{{i}}}") if Terms.POWER in terms else zero,
+        N=shape.N,
+        terms=terms,
+    )
