@@ -1,0 +1,1 @@
+"""The inequalities of each theorem, one file each."""

@@ -1,0 +1,192 @@
+"""From a problem to a rounded candidate: starts, solves, rounding, and the best of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from bfppc_synth.bounds.chain import chain_input, evaluate_chain
+from bfppc_synth.errors import EnvelopeError
+from bfppc_synth.gains.evaluation import Evaluation, Judge
+from bfppc_synth.gains.problem import Kind, Slot, patterns, slots
+from bfppc_synth.gains.rounding import round_candidate
+from bfppc_synth.gains.solve import Program
+from bfppc_synth.model.shapes import Shape
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from bfppc_synth.gains.problem import DesignProblem
+    from bfppc_synth.model.shapes import Terms
+
+# Ratio of p_{i+1} to the load of step i in the starts: from a narrow to a wide inner tube.
+STARTS = (0.3, 0.05, 1.5, 0.005)
+DIGITS = (4, 6, 9)
+# Two starts that agree this well end the multi-start.
+AGREEMENT = 1e-3
+# Below this bend a tanh is linear to 0.3 percent.
+NEARLY_LINEAR = 0.1
+
+
+def search(problem: DesignProblem, progress: Callable[[str], None]) -> Evaluation | None:
+    """Find the best rounded candidate.
+
+    Parameters
+    ----------
+    problem : DesignProblem
+        What is fixed, free and wanted.
+    progress : callable
+        Receives one sentence per solve.
+
+    Returns
+    -------
+    Evaluation or None
+        A candidate that keeps every inequality in floats with room for the checker, or None.
+
+    References
+    ----------
+    docs/theory.md section 5.
+    """
+    judge = Judge(problem)
+    choices = [patterns(gains) for gains in problem.gains]
+    first = tuple(choice[0] for choice in choices)
+    second = tuple(choice[-1] for choice in choices)
+    if not slots(problem, first):
+        shapes, widths = _fixed(problem)
+        return judge.best(shapes, widths)
+    best: Evaluation | None = None
+    for pattern in dict.fromkeys((first, second)):
+        found = [
+            _solve(judge, pattern, alternative, progress) for alternative in _alternatives(problem)
+        ]
+        for candidate in found:
+            if candidate is not None and (best is None or candidate.cost < best.cost):
+                best = candidate
+        if best is not None:
+            break
+    return best
+
+
+def _alternatives(problem: DesignProblem) -> tuple[str, ...]:
+    names = problem.theorem.alternatives()
+    return names if problem.conditions.hold > 0.0 else names[:1]
+
+
+def _fixed(problem: DesignProblem) -> tuple[tuple[Shape, ...], tuple[float, ...]]:
+    shapes = tuple(
+        Shape(k=g.k or 0.0, M=g.M or 0.0, epsilon=g.epsilon or 1.0, c=g.c or 0.0, N=g.N)
+        for g in problem.gains
+    )
+    rest = tuple(p for p in problem.half_widths[1:] if p is not None)
+    return shapes, (problem.accuracy, *rest)
+
+
+def _solve(
+    judge: Judge,
+    pattern: tuple[Terms, ...],
+    alternative: str,
+    progress: Callable[[str], None],
+) -> Evaluation | None:
+    problem = judge.problem
+    free = slots(problem, pattern)
+    program = Program(problem, free, alternative)
+    best: Evaluation | None = None
+    for number, ratio in enumerate(STARTS, start=1):
+        progress(f"solving the gain inequalities ({alternative}), start {number}")
+        begin = _begin(judge, free, ratio)
+        if begin is None:
+            continue
+        values, inner = begin
+        solution = program.solve(values, inner)
+        if solution is None:
+            continue
+        candidate = _rounded(judge, solution, alternative)
+        if candidate is None:
+            continue
+        if best is not None and abs(candidate.cost - best.cost) <= AGREEMENT * max(
+            1.0, abs(best.cost)
+        ):
+            return min(best, candidate, key=lambda evaluation: evaluation.cost)
+        if best is None or candidate.cost < best.cost:
+            best = candidate
+    return best
+
+
+def _rounded(judge: Judge, solution: Mapping[Slot, float], alternative: str) -> Evaluation | None:
+    for values in (_linearized(judge.problem, solution), dict(solution)):
+        for digits in DIGITS:
+            found = round_candidate(judge, values, alternative, digits)
+            if found is not None:
+                return found
+    return None
+
+
+def _linearized(problem: DesignProblem, solution: Mapping[Slot, float]) -> dict[Slot, float]:
+    """Replace each tanh that has become linear by the linear term, where that is free."""
+    values = dict(solution)
+    for slot, level in solution.items():
+        bend = Slot(kind=Kind.BEND, step=slot.step)
+        if slot.kind is not Kind.TANH or solution[bend] > NEARLY_LINEAR:
+            continue
+        if problem.gains[slot.step].k is None:
+            del values[slot], values[bend]
+            values[Slot(kind=Kind.LINEAR, step=slot.step)] = level
+    return values
+
+
+def _begin(
+    judge: Judge, free: tuple[Slot, ...], ratio: float
+) -> tuple[dict[Slot, float], float] | None:
+    """Start down the chain: p_{i+1} a share of step i's load, phi_i(p_i) above F_i*."""
+    problem, kinds = judge.problem, set(free)
+    values: dict[Slot, float] = {}
+    shapes: list[Shape] = []
+    widths: list[float] = [problem.accuracy]
+    for step, gains in enumerate(problem.gains):
+        trial = Shape(k=1.0, M=0.0, epsilon=1.0, c=0.0, N=gains.N)
+        try:
+            load, eta = _load(judge, (*shapes, trial), tuple(widths))
+        except (EnvelopeError, OverflowError, ZeroDivisionError):
+            return None
+        if not math.isfinite(load):
+            return None
+        ahead = 0.0
+        if step + 1 < problem.order:
+            slot = Slot(kind=Kind.WIDTH, step=step + 1)
+            fixed = problem.half_widths[step + 1]
+            noise = problem.conditions.delta[step + 1] + 2.0 * load / widths[-1] * eta
+            wide = max(ratio * load, 3.0 * noise, 1e-3 * widths[-1])
+            widths.append(wide if fixed is None else fixed)
+            if slot in kinds:
+                values[slot] = wide
+            ahead = widths[-1] + problem.center.feed[step]
+        level = 1.3 * (load + ahead) + 1e-3 * widths[step]
+        shapes.append(Shape(k=level / widths[step], M=0.0, epsilon=1.0, c=0.0, N=gains.N))
+        for kind in (Kind.LINEAR, Kind.TANH, Kind.POWER, Kind.HEIGHT):
+            if Slot(kind=kind, step=step) in kinds:
+                values[Slot(kind=kind, step=step)] = level
+        if Slot(kind=Kind.BEND, step=step) in kinds:
+            values[Slot(kind=Kind.BEND, step=step)] = 0.7
+    return values, 0.7 * widths[-1]
+
+
+def _load(
+    judge: Judge, shapes: tuple[Shape, ...], widths: tuple[float, ...]
+) -> tuple[float, float]:
+    """D_i / g_{m,i} and eta_i of the last step of a shortened chain."""
+    problem, count = judge.problem, len(shapes)
+    center = replace(
+        problem.center,
+        r_lower=problem.center.r_lower[:count],
+        r_upper=problem.center.r_upper[:count],
+        feed=problem.center.feed[:count],
+    )
+    conditions = replace(problem.conditions, delta=problem.conditions.delta[:count])
+    start = chain_input(
+        tuple(shape.generic for shape in shapes), widths, center, conditions, judge.numbers
+    )
+    bounds = evaluate_chain(start, judge.residual, judge.numbers, problem.theorem.rules)
+    if bounds.g_min[-1] <= 0.0:
+        return math.inf, math.inf
+    return bounds.D[-1] / bounds.g_min[-1], bounds.eta[-1]

@@ -1,0 +1,211 @@
+"""The only importer of CasADi: the design problem as a log-space program for IPOPT."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import casadi as ca
+
+from bfppc_synth.bounds.chain import chain_input, evaluate_chain
+from bfppc_synth.bounds.residual import PerformanceResidual
+from bfppc_synth.gains.problem import assemble, log_limits
+from bfppc_synth.gains.traced import Traced, TracedArithmetic
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from bfppc_synth.bounds.chain import Residual
+    from bfppc_synth.gains.positive import PositiveProblem
+    from bfppc_synth.gains.problem import DesignProblem, Slot
+    from bfppc_synth.model.bounds import CenterBounds, Majorants
+    from bfppc_synth.model.plant import Plant
+
+GRID = 32
+# The search keeps this many times the final margin, as room for rounding to few digits.
+ROOM = 5.0
+# A rate [1/s] below which a load counts as this much of p: keeps log F* finite for f = 0.
+LEAST_RATE = 1e-6
+
+
+class CasadiNumbers:
+    """Functions of the chain on CasADi expressions."""
+
+    def number(self, value: float) -> Any:
+        """Return a constant."""
+        return ca.SX(value)
+
+    def tanh(self, value: Any) -> Any:
+        """Return the hyperbolic tangent."""
+        return ca.tanh(value)
+
+    def sqrt(self, value: Any) -> Any:
+        """Return the square root."""
+        return ca.sqrt(value)
+
+    def minimum(self, left: Any, right: Any) -> Any:
+        """Return the smaller of two."""
+        return ca.fmin(left, right)
+
+    def maximum(self, left: Any, right: Any) -> Any:
+        """Return the larger of two."""
+        return ca.fmax(left, right)
+
+    def supremum(self, function: Callable[[Any], Any]) -> Any:
+        """Return the largest value on a grid of [0, 1], an estimate that only guides."""
+        best = function(ca.SX(0.0))
+        for j in range(1, GRID + 1):
+            best = ca.fmax(best, function(ca.SX(j / GRID)))
+        return best
+
+    def record(self, symbol: str, index: int, value: Any) -> Any:
+        """Name nothing: the value itself."""
+        del symbol, index
+        return value
+
+
+class _Residual:
+    """W_i, maj g_i*, g_{m,i} as CasADi expressions of xi."""
+
+    def __init__(
+        self, plant: Plant, majorants: Majorants, center: CenterBounds, accuracy: float
+    ) -> None:
+        self.arithmetic = TracedArithmetic(ca)
+        smallest = [accuracy] + [0.0] * (plant.order - 1)
+
+        def place(index: int, lower: float, upper: float, xi: Traced) -> tuple[Traced, Traced]:
+            low = Traced(lower - xi.sx, lower - smallest[index], -1 if lower <= 0.0 else 0)
+            return low, Traced(upper + xi.sx, upper + smallest[index], 1 if upper >= 0.0 else 0)
+
+        self._inner = PerformanceResidual(
+            plant,
+            majorants,
+            center,
+            arithmetic=self.arithmetic,
+            place=place,
+            constant=self.arithmetic.constant,
+        )
+
+    def _lift(self, xi: tuple[Any, ...]) -> tuple[Traced, ...]:
+        return tuple(Traced(value, 0.0, 1) for value in xi)
+
+    def disturbance(self, index: int, xi: tuple[Any, ...]) -> Any:
+        return self._inner.disturbance(index, self._lift(xi)).sx
+
+    def gain_upper(self, index: int, xi: tuple[Any, ...]) -> Any:
+        return self._inner.gain_upper(index, self._lift(xi)).sx
+
+    def gain_lower(self, index: int, xi: tuple[Any, ...]) -> Any:
+        value = self._inner.gain_lower(index, self._lift(xi)).sx
+        self.arithmetic.positive.append(value)
+        return value
+
+
+class _Solver:
+    """One compiled program: minimize ``goal`` where every row is at least 0."""
+
+    def __init__(self, variables: Any, goal: Any, rows: list[Any]) -> None:
+        quiet: dict[str, Any] = {"print_level": 0, "sb": "yes", "max_iter": 300, "tol": 1e-7}
+        self._solver = ca.nlpsol(
+            "design",
+            "ipopt",
+            {"x": variables, "f": goal, "g": ca.vertcat(*rows)},
+            {
+                "ipopt": quiet,
+                "print_time": False,
+                "error_on_fail": False,
+                "show_eval_warnings": False,
+            },
+        )
+        self._rows = len(rows)
+
+    def run(self, guess: list[float], lower: list[float], upper: list[float]) -> list[float] | None:
+        """Solve from a guess inside its box; None where the iterates broke down."""
+        found = self._solver(
+            x0=guess, lbx=lower, ubx=upper, lbg=[0.0] * self._rows, ubg=[math.inf] * self._rows
+        )
+        values = [float(value) for value in found["x"].full().ravel()]
+        return values if all(map(math.isfinite, values)) else None
+
+
+class PositiveProgram:
+    """A program in positive numbers, stated by another file, solved in their logs."""
+
+    def __init__(self, problem: PositiveProblem) -> None:
+        variables = ca.SX.sym("log", problem.count)
+        values = tuple(ca.exp(variables[j]) for j in range(problem.count))
+        residuals = [
+            _Residual(problem.plant, problem.majorants, center, problem.accuracy)
+            for center in problem.centers
+        ]
+        handed: tuple[Residual[Any], ...] = tuple(residuals)
+        goal, pairs = problem.formulate(values, handed, CasadiNumbers())
+        room = ROOM * problem.margin
+        # A right side that may be negative asks nothing there: only its positive part counts.
+        rows = [
+            ca.log(ca.fmax(lhs, 1e-300)) - ca.log(ca.fmax(rhs, 1e-9 * lhs + 1e-300)) - room
+            for lhs, rhs in pairs
+        ]
+        rows += [value - 1e-9 for part in residuals for value in part.arithmetic.positive]
+        total = sum(weight * ca.log(value + 1e-300) for weight, value in goal)
+        self._solver = _Solver(variables, total, rows)
+
+    def solve(
+        self, start: tuple[float, ...], boxes: tuple[tuple[float, float], ...]
+    ) -> tuple[float, ...] | None:
+        """Solve from positive start values; ``boxes`` are factors on them.
+
+        The result is a candidate: the caller re-evaluates it.
+        """
+        guess = [math.log(value) for value in start]
+        lower = [g + math.log(low) for g, (low, _) in zip(guess, boxes, strict=True)]
+        upper = [g + math.log(high) for g, (_, high) in zip(guess, boxes, strict=True)]
+        logs = self._solver.run(guess, lower, upper)
+        return None if logs is None else tuple(math.exp(value) for value in logs)
+
+
+class Program:
+    """One alternative and pattern of the design problem, compiled once, solved from any start."""
+
+    def __init__(self, problem: DesignProblem, free: tuple[Slot, ...], alternative: str) -> None:
+        self._free = free
+        self._needs_inner = not problem.exact and alternative != "T2"
+        count = len(free) + (1 if self._needs_inner else 0)
+        variables = ca.SX.sym("log", count)
+        numbers = CasadiNumbers()
+        residual = _Residual(problem.plant, problem.majorants, problem.center, problem.accuracy)
+        values: Mapping[Slot, Any] = {slot: ca.exp(variables[j]) for j, slot in enumerate(free)}
+        shapes, widths = assemble(problem, values, numbers)
+        start = chain_input(shapes, widths, problem.center, problem.conditions, numbers)
+        bounds = evaluate_chain(start, residual, numbers, problem.theorem.rules)
+        inner = ca.exp(variables[count - 1]) if self._needs_inner else None
+        rows, room = [], ROOM * problem.margin
+        for demand in problem.theorem.demands(alternative, start, bounds, numbers, inner):
+            floor = LEAST_RATE * widths[demand.step]
+            rows.append(ca.log(demand.lhs) - ca.log(demand.rhs + floor) - room)
+        rows += [value - 1e-9 for value in residual.arithmetic.positive]
+        if problem.limit is not None:
+            rows.append(math.log(problem.limit) - ca.log(bounds.U) - room)
+        weights = problem.weights
+        goal = weights.peak_input * ca.log(bounds.U + 1e-300) + weights.slope * ca.log(bounds.slope)
+        self._solver = _Solver(variables, goal, rows)
+
+    def solve(self, start: Mapping[Slot, float], inner: float) -> dict[Slot, float] | None:
+        """Solve from positive start values; None where the iterates broke down.
+
+        ``inner`` is the start of phi_n's argument in the last inequality, below p_n.
+
+        The result is a candidate, whatever the solver's status says: the caller re-evaluates it.
+        """
+        guess = [math.log(start[slot]) for slot in self._free]
+        limits = [log_limits(slot) for slot in self._free]
+        lower = [max(low, g - 30.0) for (low, _), g in zip(limits, guess, strict=True)]
+        upper = [min(high, g + 30.0) for (_, high), g in zip(limits, guess, strict=True)]
+        if self._needs_inner:
+            guess.append(math.log(inner))
+            lower.append(-60.0)
+            upper.append(60.0)
+        logs = self._solver.run(guess, lower, upper)
+        if logs is None:
+            return None
+        return {slot: math.exp(value) for slot, value in zip(self._free, logs, strict=False)}
