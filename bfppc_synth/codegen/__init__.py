@@ -1,0 +1,1 @@
+"""Design and certificate -> law -> controller.py, C99 and the output folder."""

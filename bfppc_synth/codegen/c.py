@@ -1,0 +1,217 @@
+"""Law -> C99: header, source, example and build files.
+
+The certified constants stand in NAME.c in the form that ``codegen.python`` describes at its top.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from bfppc_synth.codegen.printing import INFIX, render
+from bfppc_synth.codegen.provenance import banner, heading
+from bfppc_synth.codegen.python import describe_command, describe_signals
+from bfppc_synth.codegen.switching import center_arguments
+from bfppc_synth.model.law import Operator, Variable
+from bfppc_synth.resources import template_environment
+
+if TYPE_CHECKING:
+    from bfppc_synth.codegen.printing import Line
+    from bfppc_synth.model.law import Law, NamedConstant, Provenance, Range, Statement
+
+#: What render_c writes (path under the folder, with NAME for the plant's name): its template.
+FILES = {
+    "c/include/NAME.h": "c/controller.h.jinja",
+    "c/src/NAME.c": "c/controller.c.jinja",
+    "c/example/main.c": "c/main.c.jinja",
+    "c/Makefile": "c/Makefile.jinja",
+    "c/CMakeLists.txt": "c/CMakeLists.txt.jinja",
+    "c/README.md": "c/README.md.jinja",
+}
+_WIDTH = 100
+_FUNCTIONS = {
+    Operator.ABS: "fabs",
+    Operator.SQRT: "sqrt",
+    Operator.EXP: "exp",
+    Operator.LOG: "log",
+    Operator.SIN: "sin",
+    Operator.COS: "cos",
+    Operator.TAN: "tan",
+    Operator.TANH: "tanh",
+    Operator.SINH: "sinh",
+    Operator.COSH: "cosh",
+    Operator.ATAN: "atan",
+    Operator.ASINH: "asinh",
+    Operator.POW: "pow",
+}
+
+
+def render_c(law: Law, provenance: Provenance) -> dict[str, str]:
+    """Print the controller as a C99 folder.
+
+    Parameters
+    ----------
+    law : Law
+        The controller.
+    provenance : Provenance
+        What the head of every file says.
+
+    Returns
+    -------
+    dict[str, str]
+        Path under the generated folder -> text; equal laws give equal bytes.
+
+    Raises
+    ------
+    ResourceError
+        If the installation has no templates.
+    """
+    context = _context(law, provenance)
+    environment = template_environment()
+    return {
+        path.replace("NAME", law.name): environment.get_template(template).render(context)
+        for path, template in FILES.items()
+    }
+
+
+def _context(law: Law, provenance: Provenance) -> dict[str, object]:
+    syntax = _CSyntax(law)
+    center = render(law.center.statements, (*law.center.r, law.center.v), syntax)
+    feedback = render(law.feedback, (Variable(name="u"),), syntax)
+    reference = None
+    if law.reference is not None:
+        program = render(law.reference.statements, (law.reference.value,), syntax)
+        read = (law.reference.value, *(o for s in law.reference.statements for o in s.operands))
+        reference = {
+            "lines": _declared(law, program.lines, indent=4),
+            "value": program.results[0],
+            "reads_time": Variable(name="t") in read,
+        }
+    return {
+        "name": law.name,
+        "heading": heading(law.name, law.title),
+        "signals": describe_signals(law),
+        "u_unit": describe_command(law),
+        "banner": banner(provenance),
+        "status": provenance.status,
+        "order": law.order,
+        "formula": law.formula,
+        "certified": [_constant_line(law.name, constant) for constant in law.certified],
+        "unread": [
+            f"{law.name}_{constant.name}" for constant in law.certified if not constant.used
+        ],
+        "limits": [_constant_line(law.name, constant) for constant in law.limits],
+        "derived": _declared(law, render(law.derived, (), syntax).lines, indent=12),
+        "inputs": [_within(test, syntax) for test in law.inputs],
+        "reference_test": _within(law.reference_range, syntax),
+        "early": _time_tests(law),
+        "time_limit": law.time_limit,
+        "elapsed_limit": law.elapsed_limit,
+        "reference": reference,
+        "latched": [{"name": name, "state": f"x_{name[6:]}"} for name in law.center.latched],
+        "start": [_within(test, syntax) for test in law.start],
+        "center": _declared(law, center.lines, indent=12),
+        "feedback": _declared(law, feedback.lines, indent=12),
+        "tube": [_within(test, syntax) for test in law.tube],
+        "switching": _switching(law, syntax),
+        "example_x": ", ".join(repr(value) for value in _middle(law)),
+        "example_period": repr(law.period or 0.001),
+        "u_max": repr(law.u_max),
+        "accuracy": repr(law.accuracy),
+    }
+
+
+def _switching(law: Law, syntax: _CSyntax) -> dict[str, object] | None:
+    """Lay out the stages as functions of states and center; the state counts them from 0."""
+    if law.switching is None:
+        return None
+    center = render(law.center.statements, law.center.r, syntax)
+    passed = center_arguments(law)
+    numbers = range(1, law.order + 1)
+    read = [f"x_{i}" for i in numbers] + [f"r_{i}" for i in numbers]
+    stages = []
+    for number, stage in enumerate(law.switching.stages, start=1):
+        program = render(stage.feedback, (Variable(name="u"),), syntax)
+        stages.append(
+            {
+                "number": number,
+                "lines": _declared(law, program.lines, indent=4),
+                "stays": [_within(test, syntax) for test in stage.stays],
+                "expected": [_within(test, syntax) for test in stage.expected],
+            }
+        )
+    return {
+        "anchors": list(range(1, law.switching.anchors + 1)),
+        "numbers": list(numbers),
+        "read": ", ".join(read),
+        "results": ", ".join(f"&e_{i}" for i in numbers),
+        "parameters": [f"{law.name}_real {name}" for name in read],
+        "center_lines": _declared(law, center.lines, indent=4),
+        "center_parameters": [f"{law.name}_real {name}" for name, _ in passed],
+        "center_arguments": ", ".join(value for _, value in passed),
+        "center_results": ", ".join(f"&r_{i}" for i in numbers),
+        "stages": stages,
+    }
+
+
+def _middle(law: Law) -> tuple[float, ...]:
+    """Middle of the box of first samples."""
+    limits = {constant.name: float(constant.value) for constant in law.limits}
+    return tuple(
+        0.5 * (limits[f"start_lower_{i}"] + limits[f"start_upper_{i}"])
+        for i in range(1, law.order + 1)
+    )
+
+
+def _constant_line(name: str, constant: NamedConstant) -> str:
+    return f"static const {name}_real {name}_{constant.name} = {float(constant.value)!r};"
+
+
+def _declared(law: Law, lines: tuple[Line, ...], *, indent: int) -> list[str]:
+    """Write results as declarations; a long one goes on in the next line."""
+    declared: list[str] = []
+    for line in lines:
+        left = f"const {law.name}_real {line.target} ="
+        whole = f"{left} {line.text};"
+        wide = indent + len(whole) > _WIDTH
+        declared += [left, f"    {line.text};"] if wide else [whole]
+    return declared
+
+
+def _time_tests(law: Law) -> list[str]:
+    """List what makes a sample BAD_TIME; any one does."""
+    name = law.name
+    tests = [f"(started && !((s->t_last <= t) && (elapsed <= {name}_elapsed_limit)))"]
+    if law.time_limit is not None:
+        tests.append(f"!((t > -{name}_time_limit) && (t < {name}_time_limit))")
+    return tests
+
+
+def _within(test: Range, syntax: _CSyntax) -> str:
+    upper = syntax.variable(test.upper)
+    lower = f"-{upper}" if test.lower is None else syntax.variable(test.lower)
+    return f"{syntax.name}_in_range({syntax.variable(test.variable)}, {lower}, {upper})"
+
+
+class _CSyntax:
+    """C expressions; constants of the file carry the prefix, locals do not."""
+
+    def __init__(self, law: Law) -> None:
+        self.name = law.name
+        self._constants = {constant.name for constant in (*law.certified, *law.limits)}
+
+    def literal(self, value: float) -> str:
+        return repr(value)
+
+    def variable(self, name: str) -> str:
+        # u is the caller's pointer.
+        local = "command" if name == "u" else name
+        return f"{self.name}_{name}" if name in self._constants else local
+
+    def infix(self, statement: Statement) -> str | None:
+        return INFIX.get(statement.operator)
+
+    def call(self, statement: Statement, arguments: tuple[str, ...]) -> str:
+        return f"{_FUNCTIONS[statement.operator]}({', '.join(arguments)})"
+
+    def select(self, condition: str, then: str, otherwise: str) -> str:
+        return f"({condition}) ? {then} : {otherwise}"

@@ -1,0 +1,220 @@
+"""Law -> controller.py, standard library only.
+
+The certified numbers stand between the lines ``# CERTIFIED CONSTANTS BEGIN`` and
+``# CERTIFIED CONSTANTS END`` (in C the same words in ``/* */``), one a line, in the order k_1, M_1,
+epsilon_1, c_1, N_1, p_1, k_2, ..., p_n, U_MAX, and nothing else stands there:
+
+    controller.py   k_1 = 0.5
+    NAME.c          static const NAME_real NAME_k_1 = 0.5;
+
+Numbers are the shortest decimals that read back to the certified bits. Every number keeps its
+line, also where no operation reads it (N_i, and the gains of a term that is left out).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from bfppc_synth.codegen.printing import INFIX, render
+from bfppc_synth.codegen.provenance import banner, heading, plain
+from bfppc_synth.codegen.switching import center_arguments
+from bfppc_synth.codegen.totality import raising
+from bfppc_synth.model.law import Operator, Variable
+from bfppc_synth.resources import template_environment
+
+if TYPE_CHECKING:
+    from bfppc_synth.codegen.printing import Line
+    from bfppc_synth.model.law import Law, Provenance, Range, Statement
+
+_WIDTH = 100
+#: Names of the math module, as the template imports them.
+_FUNCTIONS = {
+    Operator.SQRT: "sqrt",
+    Operator.EXP: "exp",
+    Operator.LOG: "log",
+    Operator.SIN: "sin",
+    Operator.COS: "cos",
+    Operator.TAN: "tan",
+    Operator.TANH: "tanh",
+    Operator.SINH: "sinh",
+    Operator.COSH: "cosh",
+    Operator.ATAN: "atan",
+    Operator.ASINH: "asinh",
+    Operator.POW: "power",
+}
+#: math.pow under a name that is no builtin.
+_IMPORTED = {"power": "pow as power"}
+
+
+def render_controller(law: Law, provenance: Provenance) -> str:
+    """Print the controller as one Python module.
+
+    Parameters
+    ----------
+    law : Law
+        The controller.
+    provenance : Provenance
+        What the head of the file says.
+
+    Returns
+    -------
+    str
+        Text of controller.py; equal laws give equal bytes.
+
+    Raises
+    ------
+    ResourceError
+        If the installation has no templates.
+    """
+    syntax = _PythonSyntax(law)
+    center = render(law.center.statements, (*law.center.r, law.center.v), syntax)
+    feedback = render(law.feedback, (Variable(name="u"),), syntax)
+    derived = render(law.derived, (), syntax)
+    reference = None
+    if law.reference is not None:
+        program = render(law.reference.statements, (law.reference.value,), syntax)
+        lines = _assigned(program.lines, indent=4)
+        reference = {"lines": lines, "value": program.results[0]}
+    template = template_environment().get_template("python/controller.py.jinja")
+    return template.render(
+        heading=heading(law.name, law.title),
+        signals=describe_signals(law),
+        u_unit=describe_command(law),
+        banner=banner(provenance),
+        formula=law.formula,
+        certified=[f"{c.name} = {c.value!r}" for c in law.certified],
+        limits=[f"{c.name} = {c.value!r}" for c in law.limits],
+        derived=[f"{line.target} = {line.text}" for line in derived.lines],
+        order=law.order,
+        states=unpacking(law),
+        inputs=[_within(test) for test in law.inputs],
+        reference_test=_within(law.reference_range),
+        time_test=None if law.time_limit is None else "-time_limit < t < time_limit",
+        reference=reference,
+        latched=[{"name": name, "state": f"x_{name[6:]}"} for name in law.center.latched],
+        start=[_within(test) for test in law.start],
+        center=_assigned(center.lines, indent=8),
+        feedback=_assigned(feedback.lines, indent=8),
+        tube=[_within(test) for test in law.tube],
+        switching=_switching(law, syntax),
+        # Printing the statements above has collected what they call.
+        functions=[_IMPORTED.get(name, name) for name in sorted(syntax.functions)],
+        helpers=sorted(syntax.helpers),
+        accuracy=repr(law.accuracy),
+        period=repr(law.period),
+    )
+
+
+def _switching(law: Law, syntax: _PythonSyntax) -> dict[str, object] | None:
+    """Lay out the stages: functions of states and center, what keeps each, what follows it."""
+    if law.switching is None:
+        return None
+    numbers = range(1, law.order + 1)
+    errors = [f"e_{i}" for i in numbers]
+    read = [f"x_{i}" for i in numbers] + [f"r_{i}" for i in numbers]
+    center = render(law.center.statements, law.center.r, syntax)
+    passed = center_arguments(law)
+    stages = []
+    for number, stage in enumerate(law.switching.stages, start=1):
+        program = render(stage.feedback, (Variable(name="u"),), syntax)
+        stages.append(
+            {
+                "number": number,
+                "lines": _assigned(program.lines, indent=4),
+                "stays": [_within(test) for test in stage.stays],
+                "expected": [_within(test) for test in stage.expected],
+            }
+        )
+    return {
+        "anchors": list(range(1, law.switching.anchors + 1)),
+        "results": ", ".join((*errors, "u")),
+        "result_type": _floats(law.order + 1),
+        "read": ", ".join(read),
+        "parameters": ", ".join(f"{name}: float" for name in read),
+        "center_lines": _assigned(center.lines, indent=4),
+        "center_results": ", ".join(read[law.order :]),
+        "center_type": "float" if law.order == 1 else f"tuple[{_floats(law.order)}]",
+        "center_parameters": [f"{name}: float" for name, _ in passed],
+        "center_arguments": ", ".join(value for _, value in passed),
+        "stages": stages,
+    }
+
+
+def _floats(count: int) -> str:
+    return ", ".join(["float"] * count)
+
+
+def describe_signals(law: Law) -> tuple[str, ...]:
+    """Say which entry of x is which state, with its unit where the plant file gives one."""
+    units = dict(law.units)
+    return tuple(
+        f"x[{i}] = {state} [{plain(units[state])}]" if state in units else f"x[{i}] = {state}"
+        for i, state in enumerate(law.states)
+    )
+
+
+def describe_command(law: Law) -> str:
+    """Return the unit of u as `` [V]``; empty where the plant file gives none."""
+    unit = dict(law.units).get("u")
+    return "" if unit is None else f" [{plain(unit)}]"
+
+
+def unpacking(law: Law) -> str:
+    """Return the left side of the assignment that takes x apart."""
+    names = [f"x_{i}" for i in range(1, law.order + 1)]
+    return f"({names[0]},)" if law.order == 1 else ", ".join(names)
+
+
+def _assigned(lines: tuple[Line, ...], *, indent: int) -> list[str]:
+    """Write results as assignments; a long one goes on in the next line."""
+    assigned: list[str] = []
+    for line in lines:
+        whole = f"{line.target} = {line.text}"
+        wide = indent + len(whole) > _WIDTH
+        assigned += [f"{line.target} = (", f"    {line.text}", ")"] if wide else [whole]
+    return assigned
+
+
+def _within(test: Range) -> str:
+    lower = f"-{test.upper}" if test.lower is None else test.lower
+    return f"{lower} <= {test.variable} <= {test.upper}"
+
+
+class _PythonSyntax:
+    """Python expressions; remembers what has to be imported or defined for them."""
+
+    def __init__(self, law: Law) -> None:
+        elapsed = (0.0, law.elapsed_limit)
+        names = (name for name, _ in center_arguments(law))
+        known = {name: elapsed for name in names if name.startswith(("elapsed", "since"))}
+        self._raising = raising(law.center.statements, known)
+        if law.reference is not None:
+            self._raising |= raising(law.reference.statements, {"t": elapsed})
+        self.functions: set[str] = set()
+        self.helpers: set[str] = set()
+
+    def literal(self, value: float) -> str:
+        return repr(value)
+
+    def variable(self, name: str) -> str:
+        return name
+
+    def infix(self, statement: Statement) -> str | None:
+        if statement.operator is Operator.DIV and statement.target in self._raising:
+            return None
+        return INFIX.get(statement.operator)
+
+    def call(self, statement: Statement, arguments: tuple[str, ...]) -> str:
+        operator = statement.operator
+        if operator is Operator.ABS:
+            return f"abs({arguments[0]})"
+        name = "divide" if operator is Operator.DIV else _FUNCTIONS[operator]
+        if statement.target in self._raising:
+            self.helpers.add(name)
+            name = f"ieee_{name}"
+        else:
+            self.functions.add(name)
+        return f"{name}({', '.join(arguments)})"
+
+    def select(self, condition: str, then: str, otherwise: str) -> str:
+        return f"{then} if {condition} else {otherwise}"
