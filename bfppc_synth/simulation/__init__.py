@@ -1,0 +1,1 @@
+"""The generated controller in closed loop with the plant: evidence, never proof."""
