@@ -1,0 +1,75 @@
+"""The feedback shape and the table of gains, as the method of the design has them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GainTable:
+    """phi_i in LaTeX and in plain letters, column heads, and where each number stands.
+
+    A cell is a path in report.json, empty where a row has no such number.
+    """
+
+    shape: str
+    plain: str
+    heads: tuple[str, ...]
+    names: tuple[str, ...]
+    rows: tuple[tuple[tuple[str | int, ...], ...], ...]
+
+
+def gain_table(document: Mapping[str, Any]) -> GainTable:
+    """Lay out the gains of report.json.
+
+    Parameters
+    ----------
+    document : Mapping[str, Any]
+        report.json; its gains all have the same keys.
+
+    Returns
+    -------
+    GainTable
+        Columns p, then the gains that the generated code contains.
+
+    References
+    ----------
+    docs/theory.md section 0: (54)-(55), and (9) for theorem1.
+    """
+    gains = document["gains"]
+    if "gamma" in gains[0]:
+        return _of_theorem1(gains)
+    keys = ("k", "M", "epsilon", "c", "N")
+    tanh = r"M_i \tanh\left(\frac{M_i \, e}{\varepsilon_i}\right)"
+    return GainTable(
+        shape=rf"\varphi_i(e) = k_i \, e + {tanh} + c_i \, e^{{N_i}}",
+        plain="phi_i(e) = k e + M tanh(M e / epsilon) + c e^N",
+        heads=("k_i", "M_i", r"\varepsilon_i", "c_i", "N_i"),
+        names=keys,
+        rows=tuple(tuple(("gains", i, key) for key in keys) for i in range(len(gains))),
+    )
+
+
+def _of_theorem1(gains: list[dict[str, Any]]) -> GainTable:
+    most = max(len(gain["H"]) for gain in gains)
+    height = "H_i" if most == 1 else r"H_i(\rho)"
+    rows = []
+    for i, gain in enumerate(gains):
+        heights = tuple(("gains", i, "H", j) if j < len(gain["H"]) else () for j in range(most))
+        rows.append((("gains", i, "gamma"), *heights, ("gains", i, "c"), ("gains", i, "N")))
+    return GainTable(
+        shape=rf"\varphi_i(e) = \gamma_i \, {height} \, e + c_i \, e^{{N_i}}",
+        plain="phi_i(e) = gamma H(rho) e + c e^N, H(rho) = H_0 + H_1 rho + ..",
+        heads=(
+            r"\gamma_i",
+            *(rf"H_{{i,{j}}}" for j in range(most)),
+            "c_i",
+            "N_i",
+        ),
+        names=("gamma", *(f"H_{j}" for j in range(most)), "c", "N"),
+        rows=tuple(rows),
+    )

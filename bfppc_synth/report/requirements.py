@@ -1,0 +1,154 @@
+"""The part of report.json that says what was asked: plant, requirements, majorants."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from bfppc_synth.model.spec import RhoKind
+from bfppc_synth.report.numbers import constant, finite, finites
+
+if TYPE_CHECKING:
+    from bfppc_synth.model.design import Design
+    from bfppc_synth.model.expression import Expression
+    from bfppc_synth.model.spec import ChannelSpec, PlantSpec, RhoSpec
+
+LONGEST_RUN = 1e6
+MANTISSA_BITS = 52
+
+
+def _text(expression: Expression | None) -> str | None:
+    return None if expression is None else expression.text
+
+
+def plant_entry(spec: PlantSpec) -> dict[str, object]:
+    """Lay out the dynamics as the plant file writes them, and the parameters' ranges."""
+
+    def channel(entry: ChannelSpec) -> dict[str, object]:
+        return {
+            "state": entry.state,
+            "f": _text(entry.f),
+            "g": _text(entry.g),
+            "f_bound": _text(entry.f_bound),
+            "g_bound": _text(entry.g_bound),
+            "g_min": _text(entry.g_min),
+            "disturbance": _text(entry.disturbance),
+        }
+
+    return {
+        "parameters": {
+            entry.name: [constant(entry.range.lower), constant(entry.range.upper)]
+            for entry in spec.parameters
+        },
+        "dynamics": [channel(entry) for entry in spec.dynamics],
+    }
+
+
+def majorant_entries(design: Design) -> list[dict[str, object]]:
+    """Lay out maj f_i*, maj g_i* and g_m,i as texts in z_j = |x_j| (docs/theory.md section 1)."""
+    return [
+        {
+            "state": state,
+            "f": str(channel.f_text),
+            "g": str(channel.g_text),
+            "g_min": finite(g_min),
+            "g_min_text": str(channel.g_min_text),
+        }
+        for state, channel, g_min in zip(
+            design.spec.states, design.majorants.channels, design.bounds.g_min, strict=True
+        )
+    ]
+
+
+def reference_entry(design: Design) -> dict[str, object]:
+    """Lay out the reference with its bounds Y_0 on |y_d| and Y_1 on |dy_d|."""
+    reference, signals = design.spec.reference, design.signals
+    return {
+        "Y0": finite(signals.Y_0),
+        "Y1": finite(signals.Y_1),
+        "kind": str(reference.kind),
+        "expression": _text(reference.expression),
+    }
+
+
+def performance_entry(design: Design) -> dict[str, object]:
+    """Lay out the accuracy p_1 and the performance functions rho_i (52), (53)."""
+    signals = design.signals
+
+    def shape(rho: RhoSpec, floor: float, rate_bound: float) -> dict[str, object]:
+        entry: dict[str, object] = {"kind": str(rho.kind)}
+        if rho.kind is RhoKind.COSINE and rho.t_s is not None:
+            entry["t_s"] = constant(rho.t_s)
+            entry["ends_at"] = math.pi * constant(rho.t_s)
+        elif rho.rate is not None:
+            entry["rate"] = constant(rho.rate)
+        return {**entry, "floor": finite(floor), "rate_bound": finite(rate_bound)}
+
+    # A floor of rho_1 keeps its part of the start for ever (docs/theory.md section 10).
+    remainder = signals.rho_floor[0] * signals.a_0
+    accuracy = design.omega[0]
+    final = accuracy if remainder == 0.0 else math.nextafter(accuracy + remainder, math.inf)
+    return {
+        "accuracy": finite(accuracy),
+        "final_error": finite(final),
+        "offset": finite(signals.a_0),
+        "funnel": _text(design.spec.performance.funnel),
+        "rho": [
+            shape(rho, floor, rate)
+            for rho, floor, rate in zip(
+                design.spec.performance.rho, signals.rho_floor, signals.rho_rate, strict=True
+            )
+        ],
+    }
+
+
+def measurement_entry(design: Design) -> dict[str, object]:
+    """Lay out quantizer, noise and delta_0 of every state [unit of x_i]."""
+    measurement = design.spec.measurement
+    keys = ("step", "dead_zone", "hysteresis", "minimum", "density", "threshold")
+    quantizers = []
+    for quantizer in measurement.quantizers:
+        given = {key: getattr(quantizer, key) for key in keys}
+        numbers = {key: constant(value) for key, value in given.items() if value is not None}
+        quantizers.append({"kind": str(quantizer.kind), **numbers})
+    return {
+        "delta": finites(design.conditions.delta),
+        "quantizer": quantizers,
+        "noise": [constant(value) for value in measurement.noise],
+    }
+
+
+def sampling_entry(design: Design) -> dict[str, object]:
+    """Lay out sample period, delay and the times that the code tolerates [s]."""
+    period = constant(design.spec.sampling.period)
+    return {
+        "period": period,
+        "delay": constant(design.spec.sampling.delay),
+        "hold": finite(design.conditions.hold),
+        "largest_certified_period": finite(design.largest_certified_period),
+        "longest_run": longest_run(period),
+    }
+
+
+def longest_run(period: float) -> float:
+    """Give the time since the first sample after which the controller holds its command [s].
+
+    Parameters
+    ----------
+    period : float
+        Sample period [s], 0 for a continuous design.
+
+    Returns
+    -------
+    float
+        1e6 s, or the first time at which one unit in the last place of t (binary64) is more
+        than a sixteenth of the period.
+
+    References
+    ----------
+    SPEC section 3, status BAD_TIME.
+    """
+    if period <= 0.0:
+        return LONGEST_RUN
+    exponent = math.frexp(period / 16.0)[1]
+    return min(LONGEST_RUN, math.ldexp(1.0, exponent + MANTISSA_BITS))
