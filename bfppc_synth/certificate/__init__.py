@@ -1,0 +1,1 @@
+"""Proofs: the separate checker and the search that feeds it."""

@@ -1,0 +1,271 @@
+"""The untrusted side of a certificate: find proofs, write them down, read the answer back.
+
+Nothing here is believed by the checker. A tree that is small enough to be checked in a second
+is found about as fast by the checker's own interval arithmetic, so that is what searches.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+from bfppc_synth.certificate import checker
+from bfppc_synth.model.certificate import Certificate, Inequality, Verdict
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from bfppc_synth.certificate.checker import Goal, Obligation, Obligations, Report
+    from bfppc_synth.model.shapes import Shape
+
+# Boxes that may be looked at for one goal; what needs more would also be slow to check.
+_BUDGET = 1500
+# Room of the clamp above U, as codegen.limits gives it.
+_PEAK_ROOM = 1.0 + 2.0**-40
+# Below this relative distance of the two sides a margin is called thin.
+THIN_MARGIN = 1e-9
+
+_EQUATIONS = {"U0": "Theorem U", "U1": "(65)", "U2": "(71)", "U2'": "(71)"}
+_CHECKS = ("f_bound", "g_min", "g_bound")
+
+
+def produce_certificate(
+    plant_document: Mapping[str, Any],
+    shapes: tuple[Shape, ...],
+    half_widths: tuple[float, ...],
+    *,
+    tool: str,
+) -> dict[str, Any]:
+    """Write the certificate of a design, proved or not.
+
+    Parameters
+    ----------
+    plant_document : Mapping[str, Any]
+        Content of plant.json.
+    shapes : tuple[Shape, ...]
+        Feedback shapes phi_1..phi_n, the binary64 numbers of the controller.
+    half_widths : tuple[float, ...]
+        Tube half-widths p_1..p_n [unit of x_i].
+    tool : str
+        Name and version of what produced it.
+
+    Returns
+    -------
+    dict[str, Any]
+        Content of certificate.json: texts, integers, lists; no decimal number. It has no claims
+        where a bound breaks down (a pole in the reachable box) or no theorem is available.
+
+    References
+    ----------
+    docs/theory.md section 6.
+    """
+    gains = [(shape.k, shape.M, shape.epsilon, shape.c, shape.N) for shape in shapes]
+    claims: list[dict[str, Any]] = []
+    enclosures: dict[str, list[str]] = {}
+    peak, method = 0.0, "unified"
+    try:
+        obligations = checker.derive(plant_document, gains, half_widths)
+    except checker.Refusal:
+        # The checker names the reason when it meets it again.
+        pass
+    else:
+        claims = [_claim(obligation) for obligation in _alternatives(obligations)]
+        enclosures = {
+            key: checker.hex_pair(value) for key, value in sorted(obligations.enclosures.items())
+        }
+        peak, method = _clamp(obligations), obligations.problem.method
+    return {
+        "format": checker.CERTIFICATE_FORMAT,
+        "tool": tool,
+        "plant_sha256": plant_document["plant_sha256"],
+        "theorem": checker.THEOREMS[method],
+        "design": {
+            "p": [half_width.hex() for half_width in half_widths],
+            "gains": [
+                {
+                    "k": shape.k.hex(),
+                    "M": shape.M.hex(),
+                    "epsilon": shape.epsilon.hex(),
+                    "c": shape.c.hex(),
+                    "N": shape.N,
+                }
+                for shape in shapes
+            ],
+            "U_MAX": peak.hex(),
+        },
+        "enclosures": enclosures,
+        "claims": claims,
+    }
+
+
+def certificate_text(certificate: Mapping[str, Any]) -> str:
+    """Return the text of certificate.json; equal certificates give equal bytes."""
+    return json.dumps(certificate, indent=1, ensure_ascii=True) + "\n"
+
+
+def judge(plant_document: Mapping[str, Any], certificate: Mapping[str, Any]) -> Certificate:
+    """Ask the checker, and put its answer into the model's record.
+
+    Parameters
+    ----------
+    plant_document, certificate : Mapping[str, Any]
+        Contents of plant.json and certificate.json.
+
+    Returns
+    -------
+    Certificate
+        CERTIFIED only if the checker says proved; enclosures as doubles rounded outward. The
+        document is empty where there is nothing that could be proved.
+    """
+    text = certificate_text(certificate)
+    # Exactly what will be read from the file is judged.
+    report = checker.check_documents(plant_document, json.loads(text))
+    verdicts = {"proved": Verdict.CERTIFIED, "refuted": Verdict.REFUTED}
+    inequalities, checks = _inequalities(plant_document, certificate, report)
+    return Certificate(
+        verdict=verdicts.get(report.verdict, Verdict.UNDECIDED),
+        inequalities=inequalities,
+        assumptions=report.assumptions,
+        failures=report.failures,
+        assumption_checks=checks,
+        document=text if certificate["claims"] else "",
+    )
+
+
+def _inequalities(
+    plant_document: Mapping[str, Any], certificate: Mapping[str, Any], report: Report
+) -> tuple[tuple[Inequality, ...], tuple[Inequality, ...]]:
+    """Split the claims into the theorem's inequalities and the checks of the plant file."""
+    verdicts = {result.id: result.verdict for result in report.claims}
+    if not verdicts:
+        return (), ()
+    design = checker.read_design(certificate["design"])
+    obligations = checker.derive(plant_document, design.gains, design.p)
+    listed = [claim["id"] for claim in certificate["claims"]]
+    inequalities: list[Inequality] = []
+    checks: list[Inequality] = []
+    for obligation in checker.expected_claims(obligations, listed):
+        family, _, place = obligation.id.partition("[")
+        if family in ("accuracy", "fixed"):
+            continue
+        target = checks if family in _CHECKS else inequalities
+        proved = verdicts[obligation.id] == "proved"
+        if not obligation.comparisons:
+            # A pointwise claim has no two numbers; its distance from failing is not computed.
+            target.append(
+                Inequality(
+                    id=obligation.id,
+                    equation="docs/theory.md section 6",
+                    lhs=(0.0, 0.0),
+                    rhs=(0.0, 0.0),
+                    holds=proved,
+                )
+            )
+            continue
+        rest = f"[{place}" if place else ""
+        last = "(71)" if obligation is obligations.claims[-1] else "(65)"
+        equation = _EQUATIONS.get(family, last if family == "T2" else "docs/theory.md section 3")
+        for suffix, comparison in zip(("", ".room"), obligation.comparisons, strict=False):
+            target.append(
+                Inequality(
+                    id=f"{family}{suffix}{rest}",
+                    equation=equation,
+                    lhs=checker.to_doubles(comparison.lhs),
+                    rhs=checker.to_doubles(comparison.rhs),
+                    holds=proved if obligation.pointwise else comparison.verdict() == "proved",
+                )
+            )
+    return tuple(inequalities), tuple(checks)
+
+
+def thin_margins(certificate: Certificate) -> tuple[str, ...]:
+    """Name the inequalities whose sides are closer than ``THIN_MARGIN``, relatively."""
+    return tuple(
+        entry.id
+        for entry in certificate.inequalities
+        if entry.lhs[0] - entry.rhs[1] < THIN_MARGIN * abs(entry.rhs[1]) and entry.lhs != (0.0, 0.0)
+    )
+
+
+def _alternatives(obligations: Obligations) -> list[Obligation]:
+    """Take U2' where it holds and U2 does not."""
+    other = obligations.alternative
+    if other is None:
+        return list(obligations.claims)
+    plain = next(claim for claim in obligations.claims if claim.id == other.id.replace("'", ""))
+    if not _holds(plain) and _holds(other):
+        return checker.expected_claims(obligations, [other.id])
+    return list(obligations.claims)
+
+
+def _holds(obligation: Obligation) -> bool:
+    return all(comparison.verdict() == "proved" for comparison in obligation.comparisons)
+
+
+def _clamp(obligations: Obligations) -> float:
+    """U_MAX as codegen.limits computes it from the certified U and the actuator limit."""
+    peak = checker.to_doubles(obligations.enclosures["U"])[1]
+    limit = obligations.problem.limit
+    if limit is None:
+        return peak * _PEAK_ROOM
+    nearest = (limit[0] + limit[1]) / (2 * checker.ONE)
+    return peak * _PEAK_ROOM if nearest < peak else min(peak * _PEAK_ROOM, nearest)
+
+
+def _claim(obligation: Obligation) -> dict[str, Any]:
+    claim: dict[str, Any] = {"id": obligation.id, "uses": list(obligation.uses)}
+    if obligation.comparisons:
+        first = obligation.comparisons[0]
+        claim["lhs"], claim["rhs"] = checker.hex_pair(first.lhs), checker.hex_pair(first.rhs)
+    claim["proof"] = _proof(obligation)
+    return claim
+
+
+def _proof(obligation: Obligation) -> dict[str, Any]:
+    """Search trees for the pointwise form, else for the weaker one, unless it is refuted."""
+    if not obligation.pointwise:
+        return {"kind": obligation.proof}
+    trees = _trees(obligation.pointwise)
+    if trees is not None:
+        direct = all(tree == [-1] for tree in trees)
+        return {"kind": "eval"} if direct else {"kind": "bisect", "trees": trees}
+    if any(goal.witness(200) for goal in obligation.pointwise):
+        return {"kind": obligation.proof}
+    trees = _trees(obligation.corner)
+    return {"kind": obligation.proof} if trees is None else {"kind": "corner", "trees": trees}
+
+
+def _trees(goals: Sequence[Goal]) -> list[list[int]] | None:
+    trees: list[list[int]] = []
+    for goal in goals:
+        tree = find_tree(goal)
+        if tree is None:
+            return None
+        trees.append(tree)
+    return trees
+
+
+def find_tree(goal: Goal) -> list[int] | None:
+    """Search a bisection tree that proves ``goal.node <= 0``; None where none is found.
+
+    Returns
+    -------
+    list[int] or None
+        Pre-order: the dimension that is cut at its middle, or -1 for a leaf.
+    """
+    tape, box = goal.tape(goal.node)
+    tree: list[int] = []
+    stack = [box]
+    while stack:
+        if len(tree) > _BUDGET:
+            return None
+        part = stack.pop()
+        bound = tape.bound(part)
+        if bound.upper <= 0:
+            tree.append(-1)
+        elif bound.sample > 0 or not bound.cuts:
+            return None
+        else:
+            tree.append(bound.cuts[0])
+            stack += reversed(checker.halves(part, bound.cuts[0]))
+    return tree
