@@ -1,0 +1,191 @@
+"""The passes in order: read this first.
+
+text -> PlantSpec -> Plant -> Majorants -> Design (gains, omega, bounds) -> Certificate -> Law
+-> files -> Trajectory.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from enum import Enum, auto
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bfppc_synth.artifacts import package, simulate_design
+from bfppc_synth.codegen.package import Overwrite, may_write, write_folder
+from bfppc_synth.errors import BfppcError, NotCertifiedError, UsageError
+from bfppc_synth.model.certificate import Verdict
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from bfppc_synth.model.design import Design
+
+__all__ = [
+    "Options",
+    "Outcome",
+    "Overwrite",
+    "Uncertified",
+    "run",
+    "simulate",
+    "verify",
+]
+
+
+class Uncertified(Enum):
+    """What to do with a design that is not certified."""
+
+    REFUSE = auto()
+    WRITE = auto()
+
+
+def _silent(message: str) -> None:
+    del message
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Options:
+    """How a plant file is run; ``out`` None means generated/NAME."""
+
+    out: Path | None = None
+    uncertified: Uncertified = Uncertified.REFUSE
+    overwrite: Overwrite = Overwrite.REFUSE
+    seed: int | None = None
+    progress: Callable[[str], None] = _silent
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """Exit code, the folder written, the object for --json, and sentences for stderr."""
+
+    exit_code: int
+    folder: Path | None
+    document: Mapping[str, object]
+    messages: tuple[str, ...] = field(default=())
+
+
+def run(path: Path, options: Options) -> Outcome:
+    """Synthesize one plant file into a folder.
+
+    Parameters
+    ----------
+    path : Path
+        The plant file.
+    options : Options
+        Output folder, what to do without a certificate, seed, progress.
+
+    Returns
+    -------
+    Outcome
+        Exit code 0 or 4; nothing is written with 4 unless ``Uncertified.WRITE``.
+
+    Raises
+    ------
+    BfppcError
+        With its own exit code: 2 for the file and the folder, 3 where there is no design.
+    """
+    from bfppc_synth.spec.load import load_spec
+
+    spec = load_spec(path)
+    if options.seed is not None:
+        spec = replace(spec, simulation=replace(spec.simulation, seed=options.seed))
+    folder = options.out or Path("generated") / spec.name
+    may_write(folder, name=spec.name, overwrite=options.overwrite)
+    from bfppc_synth.synthesis import synthesize
+
+    design = synthesize(spec, progress=options.progress)
+    certified = design.certificate.verdict is Verdict.CERTIFIED
+    if not certified and options.uncertified is Uncertified.REFUSE:
+        raise NotCertifiedError(_refusal(design))
+    files, document, evidence = package(design, progress=options.progress)
+    messages = list(spec.notes)
+    if not certified:
+        messages.append(_refusal(design))
+    covered = certified and not evidence.within_bounds
+    if covered:
+        messages.append("a simulation that the certificate covers left its bounds: nothing written")
+        if options.uncertified is Uncertified.REFUSE:
+            raise NotCertifiedError(messages[-1])
+    options.progress(f"writing {folder.as_posix()}")
+    write_folder(
+        files,
+        folder,
+        name=spec.name,
+        status=design.certificate.verdict.value,
+        overwrite=options.overwrite,
+    )
+    exit_code = 0 if certified and not covered else NotCertifiedError.exit_code
+    return Outcome(exit_code=exit_code, folder=folder, document=document, messages=tuple(messages))
+
+
+def simulate(
+    folder: Path,
+    *,
+    horizon: float | None,
+    start: Mapping[str, float],
+    seed: int | None,
+    progress: Callable[[str], None],
+) -> Outcome:
+    """Run the controller of a folder again; writes nothing.
+
+    Raises
+    ------
+    UsageError
+        If the folder is not one that this tool wrote.
+    """
+    from bfppc_synth.synthesis import restore
+
+    progress(f"reading {folder.as_posix()}")
+    design = restore(folder)
+    spec = design.spec
+    if seed is not None:
+        spec = replace(spec, simulation=replace(spec.simulation, seed=seed))
+        design = replace(design, spec=spec, plant=replace(design.plant, spec=spec))
+    progress("simulating")
+    text = (folder / "controller.py").read_text(encoding="utf-8")
+    evidence = simulate_design(design, controller=text, horizon=horizon, start=start or None)
+    nominal = evidence.nominal
+    inside = evidence.within_bounds
+    document: dict[str, object] = {
+        "format": "bfppc-synth/simulation/1",
+        "name": spec.name,
+        "max_abs_e": list(nominal.max_abs_e),
+        "half_widths": list(nominal.half_widths),
+        "max_abs_u": nominal.max_abs_u,
+        "U": nominal.u_max,
+        "within_bounds": inside,
+        "adversaries": len(evidence.adversaries),
+    }
+    # A start that the certificate does not cover may leave the tube; that is no contradiction.
+    covered = not start and design.certificate.verdict is Verdict.CERTIFIED
+    code = NotCertifiedError.exit_code if covered and not inside else 0
+    return Outcome(exit_code=code, folder=None, document=document)
+
+
+def verify(folder: Path) -> Outcome:
+    """Check a folder with the separate checker, and that plant.json equals plant.yaml."""
+    from bfppc_synth.certificate.checker import verify_folder
+    from bfppc_synth.spec.canonical import plant_json
+    from bfppc_synth.spec.load import load_spec
+
+    report = verify_folder(folder)
+    document = report.document()
+    code = report.exit_code
+    messages = []
+    try:
+        twin = plant_json(load_spec(folder / "plant.yaml"))
+        if twin != (folder / "plant.json").read_text(encoding="utf-8"):
+            raise UsageError("plant.json does not say what plant.yaml says: one of them was edited")
+    except (BfppcError, OSError) as error:
+        messages.append(str(error))
+        code = max(code, NotCertifiedError.exit_code)
+        document = {**document, "status": "refuted"}
+    return Outcome(exit_code=code, folder=None, document=document, messages=tuple(messages))
+
+
+def _refusal(design: Design) -> str:
+    """Why a design is not certified, in the words of the failed inequalities."""
+    spec, certificate = design.spec, design.certificate
+    lines = [f"NOT CERTIFIED ({certificate.verdict.value}): {spec.path}"]
+    lines += [f"  {failure}" for failure in certificate.failures]
+    return "\n".join(lines)
