@@ -49,29 +49,23 @@ def package(
     """
     from importlib.resources import files as resource_files
 
-    from bfppc_synth.codegen.c import render_c
-    from bfppc_synth.codegen.law import build_law
-    from bfppc_synth.codegen.provenance import make_provenance
-    from bfppc_synth.codegen.python import render_controller
     from bfppc_synth.report.render import render_html, render_readme
     from bfppc_synth.report.tables import report_document, trajectory_csv
     from bfppc_synth.spec.canonical import plant_json
 
     progress("generating the controller")
-    law, provenance = build_law(design), make_provenance(design)
-    controller = render_controller(law, provenance)
+    code = generated_code(design)
     progress("simulating")
-    evidence = simulate_design(design, controller=controller)
+    evidence = simulate_design(design, controller=code["controller.py"])
     document = report_document(design, evidence.nominal, evidence.adversaries)
     progress("writing the report")
     texts = {
         "README.md": render_readme(document),
-        "controller.py": controller,
         "report.json": json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False) + "\n",
         "report.html": render_html(document, design, evidence.nominal),
         "plant.json": plant_json(design.spec),
         "trajectory.csv": trajectory_csv(design, evidence.nominal),
-        **render_c(law, provenance),
+        **code,
     }
     files = {name: text.encode() for name, text in texts.items()}
     files["plant.yaml"] = design.spec.source_bytes
@@ -80,6 +74,17 @@ def package(
         checker = resource_files("bfppc_synth.certificate") / "checker.py"
         files["verify.py"] = checker.read_bytes()
     return files, document, evidence
+
+
+def generated_code(design: Design) -> dict[str, str]:
+    """Print the controller: controller.py and everything under c/, path -> text."""
+    from bfppc_synth.codegen.c import render_c
+    from bfppc_synth.codegen.law import build_law
+    from bfppc_synth.codegen.provenance import make_provenance
+    from bfppc_synth.codegen.python import render_controller
+
+    law, provenance = build_law(design), make_provenance(design)
+    return {"controller.py": render_controller(law, provenance), **render_c(law, provenance)}
 
 
 def simulate_design(

@@ -32,6 +32,13 @@ __all__ = [
 ]
 
 
+NOT_COVERED = (
+    "a simulated run left its bounds, and the certificate does not cover it: with a quantizer and"
+    " sampling.period 0 the law is sampled every simulation.period, longer than these gains are"
+    " certified for; fix: set sampling.period, or a smaller simulation.period"
+)
+
+
 class Uncertified(Enum):
     """What to do with a design that is not certified."""
 
@@ -101,11 +108,14 @@ def run(path: Path, options: Options) -> Outcome:
     messages = list(spec.notes)
     if not certified:
         messages.append(_refusal(design))
-    covered = certified and not evidence.within_bounds
-    if covered:
-        messages.append("a simulation that the certificate covers left its bounds: nothing written")
+    contradicted = not evidence.within_bounds and _covered(design)
+    if contradicted:
+        sentence = "a simulation that the certificate covers left its bounds"
         if options.uncertified is Uncertified.REFUSE:
-            raise NotCertifiedError(messages[-1])
+            raise NotCertifiedError(f"{sentence}: nothing written")
+        messages.append(sentence)
+    elif certified and not evidence.within_bounds:
+        messages.append(NOT_COVERED)
     options.progress(f"writing {folder.as_posix()}")
     write_folder(
         files,
@@ -114,7 +124,7 @@ def run(path: Path, options: Options) -> Outcome:
         status=design.certificate.verdict.value,
         overwrite=options.overwrite,
     )
-    exit_code = 0 if certified and not covered else NotCertifiedError.exit_code
+    exit_code = 0 if certified and not contradicted else NotCertifiedError.exit_code
     return Outcome(exit_code=exit_code, folder=folder, document=document, messages=tuple(messages))
 
 
@@ -157,13 +167,19 @@ def simulate(
         "adversaries": len(evidence.adversaries),
     }
     # A start that the certificate does not cover may leave the tube; that is no contradiction.
-    covered = not start and design.certificate.verdict is Verdict.CERTIFIED
-    code = NotCertifiedError.exit_code if covered and not inside else 0
-    return Outcome(exit_code=code, folder=None, document=document)
+    contradicted = not inside and not start and _covered(design)
+    code = NotCertifiedError.exit_code if contradicted else 0
+    left = design.certificate.verdict is Verdict.CERTIFIED and not inside and not start
+    messages = (NOT_COVERED,) if left and not contradicted else ()
+    return Outcome(exit_code=code, folder=None, document=document, messages=messages)
 
 
 def verify(folder: Path) -> Outcome:
-    """Check a folder with the separate checker, and that plant.json equals plant.yaml."""
+    """Check a folder with the separate checker, then what only the package can.
+
+    That plant.json says what plant.yaml says, and that the code is what this version makes of
+    the certified gains: a law that deviates where no sample looks is found by its text.
+    """
     from bfppc_synth.certificate.checker import verify_folder
     from bfppc_synth.spec.canonical import plant_json
     from bfppc_synth.spec.load import load_spec
@@ -171,16 +187,41 @@ def verify(folder: Path) -> Outcome:
     report = verify_folder(folder)
     document = report.document()
     code = report.exit_code
-    messages = []
+    messages: list[str] = []
     try:
         twin = plant_json(load_spec(folder / "plant.yaml"))
         if twin != (folder / "plant.json").read_text(encoding="utf-8"):
             raise UsageError("plant.json does not say what plant.yaml says: one of them was edited")
+        if code == 0:
+            messages.extend(_changed_code(folder))
     except (BfppcError, OSError) as error:
         messages.append(str(error))
-        code = max(code, NotCertifiedError.exit_code)
-        document = {**document, "status": "refuted"}
+    if messages and code == 0:
+        code = NotCertifiedError.exit_code
+        document = {**document, "verdict": "refuted", "failures": messages}
     return Outcome(exit_code=code, folder=None, document=document, messages=tuple(messages))
+
+
+def _changed_code(folder: Path) -> list[str]:
+    """Name each code file that is not what this version generates from the certified design."""
+    from bfppc_synth.artifacts import generated_code
+    from bfppc_synth.synthesis import restore
+
+    return [
+        f"{name} is not what this version generates for these gains: it was edited, or another"
+        " version made it; fix: run synth again"
+        for name, text in sorted(generated_code(restore(folder)).items())
+        if (folder / name).read_bytes() != text.encode()
+    ]
+
+
+def _covered(design: Design) -> bool:
+    """Whether the certificate speaks about the simulated runs."""
+    from bfppc_synth.simulation.loop import coverage
+    from bfppc_synth.simulation.scheme import Coverage
+
+    certified = design.certificate.verdict is Verdict.CERTIFIED
+    return certified and coverage(design) is Coverage.COVERED
 
 
 def _refusal(design: Design) -> str:

@@ -163,6 +163,8 @@ def restore(folder: Path) -> Design:
         )
         widths = tuple(float(p) for p in document["omega"]["p"])
         verdict = Verdict(document["status"])
+        proof = folder / "certificate.json"
+        proved = proof.read_text(encoding="utf-8") if proof.is_file() else ""
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise UsageError(
             f"{folder}: not a generated folder ({type(error).__name__}: {error}); fix: name a"
@@ -173,7 +175,7 @@ def restore(folder: Path) -> Design:
     found = Judge(problem).best(shapes, widths)
     if found is None or len(shapes) != spec.order:
         raise UsageError(f"{folder}: the gains of report.json do not fit plant.yaml")
-    certificate = replace(_judged_in_floats(problem, found), verdict=verdict)
+    certificate = replace(_judged_in_floats(problem, found), verdict=verdict, document=proved)
     return _design(problem, signals, found, certificate)
 
 

@@ -19,7 +19,7 @@ T = TypeVar("T")
 # The enclosure ends this close to the supremum; rounding of phi itself is far below it.
 _TOLERANCE = 1e-7
 _ROUNDING = 1e-12
-_MOST_CELLS = 20_000
+_MOST_CELLS = 5000
 _FLOATS = FloatNumbers()
 
 
@@ -91,18 +91,19 @@ def _enclose(
         corner = float(feedback(later, b + shift, _FLOATS) - _any(feedback(earlier, a, _FLOATS)))
         return min(middle, corner)
 
+    scale = _scale(later, reach + shift) + _scale(earlier, reach)
     best = max(value(-reach), value(0.0), value(reach))
     cells = [(-upper(-reach, reach), -reach, reach)]
     for _ in range(_MOST_CELLS):
         bound, a, b = cells[0]
-        if -bound <= best + _TOLERANCE * abs(best):
+        if -bound <= best + _TOLERANCE * (abs(best) + 1e-3 * scale):
             break
         middle = 0.5 * (a + b)
         best = max(best, value(middle))
         heapq.heapreplace(cells, (-upper(a, middle), a, middle))
         heapq.heappush(cells, (-upper(middle, b), middle, b))
     size = max(-cells[0][0], best)
-    return size + _ROUNDING * (size + _scale(later, reach + shift) + _scale(earlier, reach))
+    return size + _ROUNDING * (size + scale)
 
 
 def _scale(shape: GenericShape[Any], e: float) -> float:

@@ -3091,7 +3091,11 @@ def _reason(item: ast.AST) -> str:
         return "" if all(a.name == "math" and not a.asname for a in item.names) else "an import"
     if isinstance(item, ast.ImportFrom):
         allowed = _IMPORTED.get(item.module or "", set())
-        plain = all(a.name in allowed and not a.asname for a in item.names)
+        # pow is a builtin's name too, so the generated code calls math.pow by another.
+        plain = all(
+            a.name in allowed and (not a.asname or (a.name, a.asname) == ("pow", "power"))
+            for a in item.names
+        )
         return "" if plain and not item.level else f"an import from {item.module}"
     if isinstance(item, ast.Attribute):
         owner = item.value.id if isinstance(item.value, ast.Name) else ""

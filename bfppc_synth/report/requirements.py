@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from bfppc_synth.model.spec import RhoKind
 from bfppc_synth.report.numbers import constant, finite, finites
+from bfppc_synth.report.stages import reanchors
 
 if TYPE_CHECKING:
     from bfppc_synth.model.design import Design
@@ -85,7 +86,8 @@ def performance_entry(design: Design) -> dict[str, object]:
         return {**entry, "floor": finite(floor), "rate_bound": finite(rate_bound)}
 
     # A floor of rho_1 keeps its part of the start for ever (docs/theory.md section 10).
-    remainder = signals.rho_floor[0] * signals.a_0
+    moved = sum(stage.anchor_limit for stage in design.stages) if reanchors(design) else 0.0
+    remainder = signals.rho_floor[0] * (signals.a_0 + moved)
     accuracy = design.omega[0]
     final = accuracy if remainder == 0.0 else math.nextafter(accuracy + remainder, math.inf)
     return {

@@ -67,8 +67,8 @@ def handover_sentences() -> tuple[str, ...]:
             r"$y_d(t) + \rho_1(t) a$."
         ),
         (
-            "Switches. The law leaves a stage for ever, at the first sample whose measured errors are "
-            r"outside that stage's half-widths. At switch $l$, at $t_l$, the measured error "
+            "Switches. A stage is left for ever at the first sample whose measured errors are "
+            r"outside its half-widths. At switch $l$, at $t_l$, the measured error "
             rf"$r_1^{{(l)}}$ becomes part of the known curve, from then on ${curve}$. In the last "
             r"stage the output stays within $p_1$ = #omega/p/0# of it; the handovers add at most "
             r"#handover/excess# to $\left|y - y_d - \rho_1 a\right|$, and fade as $\rho_1$ does."

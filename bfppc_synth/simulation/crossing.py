@@ -36,7 +36,7 @@ class Crossing:
 
     ``enough`` is the residual's rate and ``close`` the distance at which a step's equation
     counts as solved [unit of x_n per s, unit of x_n]; ``passed`` is what the controller gets
-    as y_d at a time [s], ``y_d`` the reference itself.
+    as y_d at a time [s], ``y_d`` the reference itself; ``meet`` counts errors of a stage.
     """
 
     solve: Solver
@@ -45,6 +45,7 @@ class Crossing:
     back: Rollback
     passed: Callable[[float], float | None]
     y_d: Callable[[float], float]
+    meet: Callable[[int, Sequence[float]], None]
     enough: float
     close: float
     peak: float
@@ -52,8 +53,8 @@ class Crossing:
     def advance(self, now: float, h: float, point: Point, action: Action) -> Point:
         """Take one step of length h [s] from time ``now``, through every switch in it.
 
-        Where a step ends in the next stage it is halved, for that stage's command must not
-        have acted before; only a step too short to matter is taken across a switch.
+        Where a step ends outside its stage it is halved; only a step too short to matter is
+        taken across the edge.
         """
         end, length, shortest = now + h, h, h * 2.0**-_HALVINGS
         while True:
@@ -67,15 +68,22 @@ class Crossing:
             now, point = (end if last else now + length), reached
             length = h if switched else 2.0 * length
             if switched:
-                self.tracking.switch(self.back.stage, now, point.measured, self.y_d(now))
+                self._switch(now, point)
             if now >= end:
                 return point
+
+    def _switch(self, t: float, point: Point) -> None:
+        """Go on to the next stage, and count the errors just before and just behind."""
+        y_d = self.y_d(t)
+        self.meet(self.tracking.stage, self.tracking.now(t, point.x, y_d))
+        self.tracking.switch(self.back.stage, t, point.measured, y_d)
+        self.meet(self.tracking.stage, self.tracking.now(t, point.x, y_d))
 
     def _attempt(self, now: float, end: float, point: Point, action: Action) -> Point:
         length = end - now
         pairs = self.truth.coefficients(now, *point.x, *action.arguments)
-        x, measured, u, _ = self.solve(
-            self.back.trial,
+        x, measured, _, _ = self.solve(
+            self._unswitched,
             end,
             length,
             self.enough * length,
@@ -89,8 +97,15 @@ class Crossing:
             *pairs,
             *action.noise,
         )
-        return Point(x=_floats(x), measured=_floats(measured), u=u)
+        return Point(x=tuple(x), measured=tuple(measured), u=self.back.command)
 
+    def _unswitched(self, t: float, measured: Sequence[float], y_d: float | None) -> float:
+        """Return the command of the stage that the step begins in.
 
-def _floats(values: Sequence[float]) -> tuple[float, ...]:
-    return tuple(values)
+        The next stage's law would make the equation of the step jump: its root might then lie
+        on the monitor's edge, where no stage is ever left.
+        """
+        command = self.back.trial(t, measured, y_d)
+        if self.back.stage == self.tracking.stage:
+            return command
+        return self.tracking.command(t, measured, self.y_d(t))

@@ -77,6 +77,11 @@ class Recorder:
         """Largest |e_i| in the last stage reached."""
         return self.peaks.get(self.stage, [0.0] * self._tracking.order)
 
+    def meet(self, stage: int, errors: Sequence[float]) -> None:
+        """Count errors of a stage that no row shows: those at the moment of a switch."""
+        known = self.peaks.get(stage, [0.0] * self._tracking.order)
+        self.peaks[stage] = [max(a, abs(b)) for a, b in zip(known, errors, strict=True)]
+
     def flush(self) -> bool:
         """Judge the rows collected so far; False when the run has diverged in them."""
         import numpy as np
@@ -101,9 +106,7 @@ class Recorder:
         e = np.nan_to_num(e, nan=sys.float_info.max)
         stage = np.array(self._tracking.stages(t))
         for number in sorted(set(stage.tolist())):
-            peaks = (float(peak) for peak in abs(e[stage == number]).max(axis=0))
-            known = self.peaks.get(number, [0.0] * self._tracking.order)
-            self.peaks[number] = [max(pair) for pair in zip(known, peaks, strict=True)]
+            self.meet(number, abs(e[stage == number]).max(axis=0).tolist())
         self.peak_u = max(self.peak_u, float(abs(u).max()))
         if self._stride:
             first = -self._count % self._stride

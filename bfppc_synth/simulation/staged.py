@@ -134,6 +134,11 @@ class StagedTracking(Tracking):
             carried = feedback(shape, result[-1], math.tanh, shape.k)
         return result
 
+    def command(self, t: float, x: Sequence[float], y_d: float) -> float:
+        """Return what the law of the stage in force commands, whatever a monitor says."""
+        shape = self._at(t).shapes[-1]
+        return -feedback(shape, self.now(t, x, y_d)[-1], math.tanh, shape.k)
+
     def _at(self, t: float) -> _Epoch:
         return next(epoch for epoch in reversed(self._epochs) if t >= epoch.since)
 
@@ -171,6 +176,7 @@ class Rollback:
         self._controller = controller
         self._names: tuple[str, ...] = getattr(type(controller), "__slots__", ())
         self._kept: list[object] = []
+        self.command = 0.0
         self._step: Callable[..., float] = getattr(controller, "step")  # noqa: B009
         self.keep()
 
@@ -184,7 +190,8 @@ class Rollback:
         self._kept = [getattr(self._controller, name) for name in self._names]
 
     def trial(self, t: float, x: Sequence[float], y_d: float | None) -> float:
-        """Take the step from the kept point, whatever was tried before."""
+        """Take the step from the kept point, whatever was tried before; keep its command."""
         for name, value in zip(self._names, self._kept, strict=True):
             setattr(self._controller, name, value)
-        return self._step(t, x, y_d)
+        self.command = self._step(t, x, y_d)
+        return self.command

@@ -156,7 +156,9 @@ class _Loop:
                 now = k // substeps * scheme.sample
                 command = controller.step(now, measured, passed(now))
                 if staged is not None and controller.stage != staged.stage:
-                    staged.switch(controller.stage, now, measured, nature.y_d(now))
+                    y_d = nature.y_d(now)
+                    recorder.meet(staged.stage, staged.now(now, x, y_d))
+                    staged.switch(controller.stage, now, measured, y_d)
                 if delay == 0.0:
                     u = command
                 else:
@@ -195,6 +197,7 @@ class _Loop:
                 back=Rollback(controller),
                 passed=self.passed,
                 y_d=nature.y_d,
+                meet=recorder.meet,
                 enough=enough / h,
                 close=close,
                 peak=peak,

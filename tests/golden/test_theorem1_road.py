@@ -8,6 +8,8 @@ import pytest
 
 from bfppc_synth.cli import main
 
+pytestmark = pytest.mark.usefixtures("methods_to_come")
+
 PRINTED = """
 name: printed
 states: [x1, x2]

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import pytest
-from bfppc_synth.spec.load import load_spec
 
 from bfppc_synth.bounds.chain import ChainRules, Coupling, Division, chain_input, evaluate_chain
 from bfppc_synth.bounds.numbers import FloatNumbers
 from bfppc_synth.bounds.residual import float_residual
 from bfppc_synth.model.shapes import Shape
+from bfppc_synth.spec.load import load_spec
 from bfppc_synth.synthesis import prepare, synthesize
 
 EXAMPLE_1 = """
