@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 
     from bfppc_synth.pipeline import Outcome
 
-COMMANDS = ("synth", "simulate", "verify")
-LATER = ("campaign", "check", "compare", "doctor", "export", "new", "schema", "sweep")
+COMMANDS = ("synth", "simulate", "verify", "export")
+LATER = ("campaign", "check", "compare", "doctor", "new", "schema", "sweep")
 # Options that take the next word; needed to find the command behind them.
-VALUED = frozenset({"--out", "--seed", "--real", "--math", "--horizon", "--x0"})
+VALUED = frozenset({"--out", "--seed", "--real", "--math", "--horizon", "--x0", "--to"})
 
 app = typer.Typer(
     epilog="A word that ends in .yaml or .yml, or names a file, means `synth` of that file.",
@@ -113,6 +113,7 @@ Force = Annotated[bool, typer.Option("--force", help="Replace the folder of anot
 Hidden = Annotated[str, typer.Option(hidden=True)]
 Horizon = Annotated[float | None, typer.Option(metavar="SECONDS", help="Length of the run.")]
 Start = Annotated[list[str] | None, typer.Option(metavar="x1=1.5,x2=0", help="Initial state.")]
+To = Annotated[str, typer.Option("--to", metavar="FORMAT", help="smt2 or coq.")]
 
 
 def _print_version(wanted: bool) -> None:
@@ -189,11 +190,11 @@ def simulate(
 
     def work() -> int:
         _require_folder(folder)
-        start = _initial_state(x0 or [])
         if horizon is not None and not 0.0 < horizon < float("inf"):
             raise UsageError(f"--horizon {horizon}: not a positive time; fix: write --horizon 10")
         from bfppc_synth import pipeline
 
+        start = pipeline.initial_state(x0 or [])
         with voice.progress() as progress:
             outcome = pipeline.simulate(
                 folder, horizon=horizon, start=start, seed=seed, progress=progress
@@ -218,6 +219,19 @@ def verify(
             progress("checking the certificate")
             outcome = pipeline.verify(folder)
         return voice.tell(outcome)
+
+    raise typer.Exit(voice.settle(work))
+
+
+@app.command()
+def export(folder: Folder, *, to: To, as_json: Json = False, quiet: Quiet = False) -> None:
+    """Write a certified folder's claims for other provers into DIR/interop."""
+    voice = Voice(as_json=as_json, quiet=quiet)
+
+    def work() -> int:
+        from bfppc_synth import pipeline
+
+        return voice.tell(pipeline.export(folder, to))
 
     raise typer.Exit(voice.settle(work))
 
@@ -283,17 +297,3 @@ def arrange(words: Sequence[str]) -> list[str]:
 def _require_folder(folder: Path) -> None:
     if not folder.is_dir():
         raise UsageError(f"{folder}: no such folder; fix: name one that bfppc-synth wrote")
-
-
-def _initial_state(words: list[str]) -> dict[str, float]:
-    start = {}
-    for part in ",".join(words).split(",") if words else ():
-        name, _, text = part.partition("=")
-        try:
-            value = float(text)
-        except ValueError:
-            value = float("nan")
-        if not abs(value) < float("inf"):
-            raise UsageError(f"--x0 {part}: not STATE=NUMBER; fix: write --x0 x1=1.5,x2=0")
-        start[name.strip()] = value
-    return start

@@ -17,7 +17,7 @@ from bfppc_synth.errors import BfppcError, NotCertifiedError, UsageError
 from bfppc_synth.model.certificate import Verdict
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
     from bfppc_synth.model.design import Design
 
@@ -26,6 +26,8 @@ __all__ = [
     "Outcome",
     "Overwrite",
     "Uncertified",
+    "export",
+    "initial_state",
     "run",
     "simulate",
     "verify",
@@ -33,10 +35,13 @@ __all__ = [
 
 
 NOT_COVERED = (
-    "a simulated run left its bounds, and the certificate does not cover it: with a quantizer and"
-    " sampling.period 0 the law is sampled every simulation.period, longer than these gains are"
-    " certified for; fix: set sampling.period, or a smaller simulation.period"
+    "a simulated run left its bounds, but in steps of simulation.period, which are longer than"
+    " the certificate covers: the law is continuous here, or quantized and meant to be sampled"
+    " faster; fix: a smaller simulation.period, or set sampling.period"
 )
+
+# Formats of DIR/interop that later versions write.
+LATER_FORMATS = ("fmu2", "fmu3", "control", "casadi")
 
 
 class Uncertified(Enum):
@@ -222,6 +227,55 @@ def _covered(design: Design) -> bool:
 
     certified = design.certificate.verdict is Verdict.CERTIFIED
     return certified and coverage(design) is Coverage.COVERED
+
+
+def export(folder: Path, target: str) -> Outcome:
+    """Write the claims of a certified folder for another prover.
+
+    Raises
+    ------
+    UsageError
+        If the format is none of this version's, or the folder cannot be read.
+    """
+    from bfppc_synth.export import Target, export_claims
+
+    known = tuple(Target)
+    if target not in known:
+        later = "is not available in this version" if target in LATER_FORMATS else "is no format"
+        raise UsageError(f"--to {target}: {target} {later}; fix: use {' or '.join(known)}")
+    exported = export_claims(folder, Target(target))
+    document: dict[str, object] = {
+        "format": "bfppc-synth/export/1",
+        "name": exported.name,
+        "status": "exported",
+        "target": exported.target.value,
+        "files": list(exported.files),
+        "claims": list(exported.claims),
+        "left_out": list(exported.left_out),
+    }
+    messages = tuple(f"not exported: {line}" for line in exported.left_out)
+    return Outcome(exit_code=0, folder=None, document=document, messages=messages)
+
+
+def initial_state(words: Sequence[str]) -> dict[str, float]:
+    """Read ``--x0 x1=1.5,x2=0``, repeatable.
+
+    Raises
+    ------
+    UsageError
+        If a part is not STATE=NUMBER.
+    """
+    start = {}
+    for part in ",".join(words).split(",") if words else ():
+        name, _, text = part.partition("=")
+        try:
+            value = float(text)
+        except ValueError:
+            value = float("nan")
+        if not abs(value) < float("inf"):
+            raise UsageError(f"--x0 {part}: not STATE=NUMBER; fix: write --x0 x1=1.5,x2=0")
+        start[name.strip()] = value
+    return start
 
 
 def _refusal(design: Design) -> str:

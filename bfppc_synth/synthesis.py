@@ -6,14 +6,19 @@ import json
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from bfppc_synth.bounds.admission import admit
+from bfppc_synth.bounds.admission import (
+    admit,
+    misplaced_term,
+    refused_reference,
+    require_reference,
+)
 from bfppc_synth.bounds.signals import (
     bound_signals,
     conditions,
     performance_center,
     printed_center,
 )
-from bfppc_synth.errors import EnvelopeError, Mistake, PlantFileError, UsageError
+from bfppc_synth.errors import EnvelopeError, UsageError
 from bfppc_synth.expressions.symbolic import build_plant
 from bfppc_synth.gains.diagnose import no_design
 from bfppc_synth.gains.evaluation import Evaluation, Judge
@@ -98,6 +103,7 @@ def synthesize(spec: PlantSpec, *, progress: Callable[[str], None] = _silent) ->
             break
         progress("proving")
         certificate = _proved(spec, found)
+        require_reference(problem.plant, certificate.failures)
         thin = certificate.verdict is not Verdict.CERTIFIED and free
         if not thin or any(not entry.holds for entry in certificate.assumption_checks):
             break
@@ -117,9 +123,12 @@ def prepare(
         signals = bound_signals(plant)
         printed = spec.synthesis.form is Form.PRINTED
         center = (printed_center if printed else performance_center)(plant, signals)
+    except EnvelopeError as error:
+        raise refused_reference(plant, error) from error
+    try:
         majorants = derive_majorants(plant)
     except EnvelopeError as error:
-        raise _placed(spec, error) from error
+        raise misplaced_term(plant, error) from error
     admit(plant, majorants, center)
     accuracy = spec.performance.accuracy
     if accuracy is None:
@@ -183,7 +192,7 @@ def _of_theorem1(spec: PlantSpec) -> Theorem1Problem:
     try:
         return prepare_theorem1(spec, _weights(spec), MARGINS[0])
     except EnvelopeError as error:
-        raise _placed(spec, error) from error
+        raise misplaced_term(build_plant(spec), error) from error
 
 
 def _theorem(spec: PlantSpec) -> Theorem:
@@ -275,23 +284,3 @@ def _design(
         ),
         stages=() if problem.staging is None else problem.staging.stages,
     )
-
-
-def _placed(spec: PlantSpec, error: EnvelopeError) -> PlantFileError:
-    """Give an envelope error of the reference its place in the file."""
-    path = "reference"
-    for channel in spec.dynamics:
-        for key in ("f_bound", "f", "g_bound", "g", "g_min", "disturbance"):
-            expression = getattr(channel, key)
-            if expression is not None and error.subexpression in expression.text:
-                path = f"dynamics.{channel.state}.{key}"
-    place = spec.place(path)
-    mistake = Mistake(
-        path=path,
-        line=place.line,
-        column=place.column,
-        length=1,
-        message=str(error),
-        fix=error.fix,
-    )
-    return PlantFileError(spec.path, spec.source, (mistake,))

@@ -1,18 +1,25 @@
-"""Refuse a plant whose bounds break down on the smallest box that any design has."""
+"""Refuse what no design could mend, at its place: bounds that break down, a reference."""
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
+from bfppc_synth.bounds.derivative import NOT_ENCLOSED_FIX, derivative
 from bfppc_synth.errors import EnvelopeError, Mistake, PlantFileError
-from bfppc_synth.majorants.envelope import envelope
+from bfppc_synth.expressions.evaluate import evaluate_float
+from bfppc_synth.majorants.envelope import compile_envelope, envelope
 from bfppc_synth.majorants.targets import FloatArithmetic
+from bfppc_synth.model.spec import ReferenceKind
 
 if TYPE_CHECKING:
     import sympy as sp
 
     from bfppc_synth.model.bounds import CenterBounds, Majorants
-    from bfppc_synth.model.plant import Plant
+    from bfppc_synth.model.plant import Channel, Plant
+
+# Where a declared bound of the reference is held against its value: 20 s closely, then wider.
+_TIMES = (*(k / 64 for k in range(1281)), *(20.0 * 1.02**k for k in range(1, 300)))
 
 
 def admit(plant: Plant, majorants: Majorants, center: CenterBounds) -> None:
@@ -29,7 +36,8 @@ def admit(plant: Plant, majorants: Majorants, center: CenterBounds) -> None:
     Raises
     ------
     PlantFileError
-        A pole, another domain error, or no positive g_m, with its place.
+        A pole, another domain error, no positive g_m, or a declared bound of the reference
+        that its own value exceeds, with its place.
 
     References
     ----------
@@ -42,32 +50,108 @@ def admit(plant: Plant, majorants: Majorants, center: CenterBounds) -> None:
         symbol: (arithmetic.number(lower), arithmetic.number(upper))
         for symbol, (lower, upper) in zip(plant.parameters, plant.ranges, strict=True)
     }
-    mistakes: list[Mistake] = []
+    mistakes = _exceeded(plant)
     for i, (channel, bound) in enumerate(zip(plant.channels, majorants.channels, strict=True)):
         wide = reach if i == 0 else 0.0
         base[channel.state] = (center.r_lower[i] - wide, center.r_upper[i] + wide)
         root = f"dynamics.{channel.state.name}"
-        entries = [
-            (f"{root}.f_bound", channel.f_bound),
-            (f"{root}.f", channel.f),
-            (f"{root}.g_bound", channel.g_bound),
-            (f"{root}.g", channel.g),
-            (f"{root}.g_min", channel.g_min),
-            (f"{root}.disturbance", channel.disturbance),
-        ]
         broken = False
-        for path, expression in entries:
-            if expression is None:
-                continue
+        for key, expression in _entries(channel):
             try:
                 envelope(expression, base, arithmetic)
             except EnvelopeError as error:
-                mistakes.append(_mistake(plant, path, str(error), error.fix))
+                mistakes.append(_mistake(plant, f"{root}.{key}", str(error), error.fix))
                 broken = True
         if not broken:
             mistakes.extend(_authority(plant, i, bound.g_min, base, arithmetic))
     if mistakes:
         raise PlantFileError(plant.spec.path, plant.spec.source, tuple(mistakes))
+
+
+def misplaced_term(plant: Plant, error: EnvelopeError) -> PlantFileError:
+    """Give the error of a term that has no rule its place among the dynamics.
+
+    Parameters
+    ----------
+    plant : Plant
+        The plant.
+    error : EnvelopeError
+        What the majorants raised.
+
+    Returns
+    -------
+    PlantFileError
+        At the first term that raises the same, else at the dynamics.
+    """
+    for channel in plant.channels:
+        root = f"dynamics.{channel.state.name}"
+        if error.subexpression == channel.state.name:
+            return _refusal(plant, root, error)
+        for key, expression in _entries(channel):
+            try:
+                compile_envelope(expression)
+            except EnvelopeError as own:
+                if str(own) == str(error):
+                    return _refusal(plant, f"{root}.{key}", error)
+    return _refusal(plant, "dynamics", error)
+
+
+def refused_reference(plant: Plant, error: EnvelopeError) -> PlantFileError:
+    """Give the error of a reference that has no enclosure its place."""
+    return _refusal(plant, "reference", error)
+
+
+def require_reference(plant: Plant, failures: tuple[str, ...]) -> None:
+    """Refuse a reference that the bounds enclose and the certificate's checker does not.
+
+    Raises
+    ------
+    PlantFileError
+        At the reference, with the checker's own reason.
+    """
+    for failure in failures:
+        if failure.startswith("the reference cannot be enclosed"):
+            error = EnvelopeError(failure, subexpression="", fix=NOT_ENCLOSED_FIX)
+            raise refused_reference(plant, error)
+
+
+def _refusal(plant: Plant, path: str, error: EnvelopeError) -> PlantFileError:
+    mistake = _mistake(plant, path, str(error), error.fix)
+    return PlantFileError(plant.spec.path, plant.spec.source, (mistake,))
+
+
+def _entries(channel: Channel) -> tuple[tuple[str, sp.Expr], ...]:
+    entries = (
+        ("f_bound", channel.f_bound),
+        ("f", channel.f),
+        ("g_bound", channel.g_bound),
+        ("g", channel.g),
+        ("g_min", channel.g_min),
+        ("disturbance", channel.disturbance),
+    )
+    return tuple((key, expression) for key, expression in entries if expression is not None)
+
+
+def _exceeded(plant: Plant) -> list[Mistake]:
+    """Hold declared bounds of the reference against its value: a witness, never a proof."""
+    reference = plant.spec.reference
+    if reference.kind is not ReferenceKind.DECLARED or plant.reference is None:
+        return []
+    mistakes = []
+    signals = [("bound", "y_d", plant.reference)]
+    # Where the value may jump its rate stays what the file declares.
+    with suppress(EnvelopeError):
+        signals.append(("rate", "dy_d/dt", derivative(plant.reference, plant.time)))
+    for (key, name, signal), bound in zip(signals, reference.bounds, strict=False):
+        try:
+            sizes = [(abs(evaluate_float(signal, {plant.time: t})), t) for t in _TIMES]
+        except EnvelopeError:
+            continue
+        size, when = max(sizes)
+        if size > bound.approximate * (1.0 + 1e-9):
+            message = f"{bound.text} is below |{name}| = {size:.6g} at t = {when:.6g}"
+            mistakes.append(_mistake(plant, f"reference.{key}", message, "declare a larger bound"))
+    return mistakes
 
 
 def _authority(

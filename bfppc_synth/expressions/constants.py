@@ -111,7 +111,7 @@ def multiply(left: Value, right: Value) -> Value:
 def reciprocal(value: Value) -> Value:
     """1/value, refused where the value is 0 or cannot be told from 0."""
     if not value.near:
-        raise ConstantError("division by zero")
+        raise ConstantError("division by zero", "keep the denominator away from 0")
     if value.exact is not None:
         return rational(1 / value.exact)
     return _irrational(1 / value.near)
@@ -233,7 +233,9 @@ def _hyperbolic_arcsine(x: Decimal) -> Decimal:
 
 def _logarithm(x: Decimal) -> Decimal:
     if x <= 0:
-        raise ConstantError("log of a negative number" if x else "log of zero")
+        raise ConstantError(
+            "log of a negative number" if x else "log of zero", "take the log of a positive number"
+        )
     near = x.ln()
     return near if abs(near) > _NOISE else Decimal(0)
 

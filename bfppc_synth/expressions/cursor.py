@@ -83,9 +83,13 @@ class Cursor:
         """Make the error for a token that cannot continue the expression."""
         before = self._tokens[self._next - 1]
         if token.text == ")":
-            return self.error(token, "a closing parenthesis without an opening one")
+            return self.error(token, "a closing parenthesis without an opening one", "remove it")
         if token.text == ",":
-            return self.error(token, "a comma outside of a function's arguments")
+            return self.error(
+                token,
+                "a comma outside of a function's arguments",
+                "write decimals with a point: 0.5",
+            )
         if token.text in RELATIONS:
             return self.error(
                 token,

@@ -84,8 +84,8 @@ _REFUSED: Final = {
     "&": ("conditions are single comparisons", "nest one Piecewise in another"),
     "|": ("conditions are single comparisons, and no size is written so", "write abs(...)"),
     ".": ("a dot belongs into a number", "write 0.5 or 5.0; nothing here has attributes"),
-    "'": ("a quotation mark or a derivative mark has no place in an expression", ""),
-    '"': ("a quotation mark has no place in an expression", ""),
+    "'": ("a quotation mark or a derivative mark has no place in an expression", "remove it"),
+    '"': ("a quotation mark has no place in an expression", "remove it"),
     "!": ("there is no factorial", ""),
 }
 
@@ -134,7 +134,9 @@ def _foreign(position: int, sign: str) -> ExpressionError:
         shown = sign if sign.isprintable() else f"U+{ord(sign):04X}"
         return ExpressionError(f"`{shown}` is no ASCII character", column=column, fix=fix)
     shown = sign if sign.isprintable() else f"U+{ord(sign):04X}"
-    return ExpressionError(f"`{shown}` has no place in an expression", column=column)
+    return ExpressionError(
+        f"`{shown}` has no place in an expression", column=column, fix="remove it"
+    )
 
 
 def read_number(token: Token) -> Fraction:

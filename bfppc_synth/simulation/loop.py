@@ -47,9 +47,10 @@ def coverage(design: Design) -> Coverage:
     Returns
     -------
     Coverage
-        Not covered: form printed, and a quantizer without a sample period whose
-        ``simulation.period`` exceeds the largest certified period. Only a covered run
-        outside its bounds contradicts the certificate.
+        Not covered: form printed; a quantizer without a sample period whose
+        ``simulation.period`` exceeds the largest certified period; and steps in which the
+        plant alone crosses its tube several times. Only a covered run outside its bounds
+        contradicts the certificate.
     """
     return choose_scheme(design).coverage
 

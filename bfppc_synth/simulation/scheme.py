@@ -13,6 +13,11 @@ if TYPE_CHECKING:
     from bfppc_synth.model.design import Design
 
 
+#: Implicit steps longer than this many crossing times prove nothing about the certified loop; a
+#: run outside its bounds is repeated with steps a quarter as long before it counts.
+_COARSEST = 4.0
+
+
 class Stepping(Enum):
     """The two ways to close the loop."""
 
@@ -78,6 +83,7 @@ def choose_scheme(design: Design) -> Scheme:
     Scheme
         Sampled at exactly ``sampling.period`` where that is positive. Else implicit; or,
         with a quantizer or a delay of at least one step, sampled every ``simulation.period``.
+        Not covered where ``simulation.period`` is too long for what the certificate says.
 
     References
     ----------
@@ -102,6 +108,18 @@ def choose_scheme(design: Design) -> Scheme:
     else:
         # No delay at all is among the delays below one step.
         stepping, delay = Stepping.IMPLICIT, 0.0
+        if step > _COARSEST * _shortest_time(design):
+            coverage = Coverage.NOT_COVERED
     return Scheme(
         stepping=stepping, sample=sample, substeps=substeps, delay=delay, coverage=coverage
     )
+
+
+def _shortest_time(design: Design) -> float:
+    """Time [s] in which what the plant and the center do alone could cross the tube.
+
+    That part of a step is explicit, so a longer step is not the certified loop.
+    """
+    bounds = design.bounds
+    times = [xi / W for xi, W in zip(bounds.xi, bounds.W, strict=True) if W > 0.0]
+    return min(times, default=math.inf)

@@ -76,9 +76,14 @@ def _read_bytes(path: Path) -> bytes:
         raise _fatal(str(path), "", "no such file", "check the path") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise _fatal(str(path), "", f"cannot be read: {reason}") from None
+        raise _fatal(str(path), "", f"cannot be read: {reason}", "check its permissions") from None
     if len(data) > _LARGEST_FILE:
-        raise _fatal(str(path), "", f"more than {_LARGEST_FILE} bytes: no plant file is that long")
+        raise _fatal(
+            str(path),
+            "",
+            f"more than {_LARGEST_FILE} bytes: no plant file is that long",
+            "shorten it",
+        )
     return data
 
 

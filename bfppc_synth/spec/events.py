@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 _DEEPEST: Final = 12
 _MOST_EVENTS: Final = 5000
+_ANY_HINT: Final = "check the colons, commas, brackets and indentation around this place"
 _HINTS: Final = (
     ("mapping values are not allowed", "quote the value if it contains a colon"),
     ("but got '<stream end>'", "close the bracket, brace or quotation mark"),
@@ -82,7 +83,9 @@ class _Builder:
         try:
             for count, event in enumerate(YAML(typ="safe", pure=True).parse(self._source)):
                 if count > _MOST_EVENTS:
-                    raise self._stop("too many values for a plant file", "", event.start_mark)
+                    raise self._stop(
+                        "too many values for a plant file", "write fewer", event.start_mark
+                    )
                 self._event(event)
         except MarkedYAMLError as error:
             raise self._syntax(error) from None
@@ -108,7 +111,7 @@ class _Builder:
         index = mark.index if mark is not None else 0
         if self._source[index : index + 1] == "\t" or "\\t" in problem:
             return self._stop("a tab where YAML wants spaces", "indent with spaces", mark)
-        fix = next((hint for words, hint in _HINTS if words in problem), "")
+        fix = next((hint for words, hint in _HINTS if words in problem), _ANY_HINT)
         return self._stop(f"not YAML: {problem}", fix, mark)
 
     def _event(self, event: Any) -> None:
@@ -176,9 +179,11 @@ class _Builder:
     def _open(self, event: Any) -> None:
         top = self._stack[-1] if self._stack else None
         if top is not None and top.is_mapping and top.key is None:
-            raise self._stop("a key that is no plain word", "", event.start_mark)
+            raise self._stop("a key that is no plain word", "write `key: value`", event.start_mark)
         if len(self._stack) >= _DEEPEST:
-            raise self._stop(f"nested deeper than {_DEEPEST} levels", "", event.start_mark)
+            raise self._stop(
+                f"nested deeper than {_DEEPEST} levels", "write it flatter", event.start_mark
+            )
         self._stack.append(_Open(path=self._child_path(), event=event))
 
     def _close(self, event: Any) -> None:

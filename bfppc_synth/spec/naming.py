@@ -21,7 +21,12 @@ def read_states(book: Notebook, tree: Tree) -> tuple[str, ...]:
         book.blame(path, tree, "a list of names belongs here", "write [x1, x2]")
         return ()
     if not 1 <= len(tree.items) <= MOST_STATES:
-        book.blame(path, tree, f"{len(tree.items)} states where 1 to {MOST_STATES} belong")
+        book.blame(
+            path,
+            tree,
+            f"{len(tree.items)} states where 1 to {MOST_STATES} belong",
+            f"name 1 to {MOST_STATES}",
+        )
         return ()
     names: list[str] = []
     complete = True

@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from bfppc_synth.spec.notebook import Notebook
     from bfppc_synth.spec.tree import Entry, Tree
 
+_LEAVE_OUT = "remove it, or choose another value"
+
 
 class Reader:
     """Reads a whole plant file; states and parameters first, whatever their order."""
@@ -62,7 +64,7 @@ class Reader:
         book = self._book
         book.visit(path, tree)
         if isinstance(tree, Scalar) and is_unavailable(path, tree.text):
-            book.blame(path, tree, f"{tree.text} is not available in this version")
+            book.blame(path, tree, f"{tree.text} is not available in this version", _LEAVE_OUT)
             return
         match kind:
             case Number(rule=rule):
@@ -107,7 +109,7 @@ class Reader:
             found = "nothing" if tree.is_null else tree.text.partition("\n")[0]
         else:
             found = "a list"
-        self._book.blame(path, tree, f"{found} where {wanted} belongs")
+        self._book.blame(path, tree, f"{found} where {wanted} belongs", f"write {wanted}")
         return None
 
     def _section(self, path: str, tree: Tree, section: Section) -> None:
@@ -122,7 +124,7 @@ class Reader:
             elif is_unavailable(_join(path, field.key), ""):
                 if not self._method_refused():
                     message = "not available in this version"
-                    self._book.blame(_join(path, field.key), entry.key, message)
+                    self._book.blame(_join(path, field.key), entry.key, message, _LEAVE_OUT)
             else:
                 self._value(_join(path, field.key), entry.value, field.kind)
         for field in section.fields:
@@ -157,7 +159,9 @@ class Reader:
             return None if number is None else Interval(lower=number, upper=number)
         if len(tree.items) != 2:
             count = len(tree.items)
-            self._book.blame(path, tree, f"{count} numbers where [lower, upper] belongs")
+            self._book.blame(
+                path, tree, f"{count} numbers where [lower, upper] belongs", "give two ends"
+            )
             return None
         ends = [scalars.read_constant(self._book, path, item, Rule.ANY) for item in tree.items]
         lower, upper = ends
@@ -172,10 +176,14 @@ class Reader:
     def _numbers(self, path: str, tree: Tree, kind: Numbers) -> None:
         wanted = f"a list of at least {kind.fewest} numbers"
         if not isinstance(tree, Sequence):
-            self._book.blame(path, tree, f"a single value where {wanted} belongs")
+            self._book.blame(
+                path, tree, f"a single value where {wanted} belongs", f"write {wanted}"
+            )
             return
         if len(tree.items) < kind.fewest:
-            self._book.blame(path, tree, f"{len(tree.items)} numbers where {wanted} belongs")
+            self._book.blame(
+                path, tree, f"{len(tree.items)} numbers where {wanted} belongs", f"write {wanted}"
+            )
             return
         found = []
         for index, item in enumerate(tree.items):
@@ -187,7 +195,12 @@ class Reader:
 
     def _listed(self, path: str, tree: Tree, kind: ListOf) -> None:
         if not isinstance(tree, Sequence):
-            self._book.blame(path, tree, f"a single value where a list belongs, {kind.wanted} each")
+            self._book.blame(
+                path,
+                tree,
+                f"a single value where a list belongs, {kind.wanted} each",
+                "write a list",
+            )
             return
         for index, item in enumerate(tree.items):
             self._value(f"{path}.{index}", item, kind.item)

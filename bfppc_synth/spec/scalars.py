@@ -38,7 +38,7 @@ def _readable(book: Notebook, path: str, tree: Tree, wanted: str) -> Scalar | No
     """Return the scalar if there is one whose text may be looked at."""
     if not isinstance(tree, Scalar):
         kind = "a mapping" if isinstance(tree, Mapping) else "a list"
-        book.blame(path, tree, f"{kind} where {wanted} belongs")
+        book.blame(path, tree, f"{kind} where {wanted} belongs", f"write {wanted}")
         return None
     if tree.style is Style.BROKEN:
         return None
@@ -71,7 +71,9 @@ def read_constant(book: Notebook, path: str, tree: Tree, rule: Rule) -> Constant
         return None
     value = constant.approximate if constant.exact is None else constant.exact
     if not rule.allows(value):
-        book.blame(path, scalar, f"{scalar.text} where a number {rule} belongs")
+        book.blame(
+            path, scalar, f"{scalar.text} where a number {rule} belongs", f"choose a number {rule}"
+        )
         return None
     return constant
 
@@ -98,10 +100,14 @@ def _is_foreign_value(book: Notebook, path: str, scalar: Scalar, wanted: str) ->
     if scalar.style is not Style.PLAIN:
         return False
     if scalar.text.lower() in _TRUTH:
-        book.blame(path, scalar, f"the truth value {scalar.text} where {wanted} belongs")
+        book.blame(
+            path, scalar, f"the truth value {scalar.text} where {wanted} belongs", f"write {wanted}"
+        )
         return True
     if _ENDLESS.match(scalar.text):
-        book.blame(path, scalar, f"{scalar.text} is not finite where {wanted} belongs")
+        book.blame(
+            path, scalar, f"{scalar.text} is not finite where {wanted} belongs", f"write {wanted}"
+        )
         return True
     return False
 
@@ -119,7 +125,7 @@ def read_integer(book: Notebook, path: str, tree: Tree, kind: Integer) -> int | 
         return None
     number = int(scalar.text) if _WHOLE.match(scalar.text) else None
     if number is None or not kind.lowest <= number <= kind.highest:
-        book.blame(path, scalar, f"{_short(scalar.text)} where {wanted} belongs")
+        book.blame(path, scalar, f"{_short(scalar.text)} where {wanted} belongs", f"write {wanted}")
         return None
     if kind.parity is Parity.ODD and number % 2 == 0:
         near = number - 1 if number > kind.lowest else kind.lowest
@@ -142,7 +148,7 @@ def read_choice(book: Notebook, path: str, tree: Tree, kind: Choice) -> str | No
     if scalar.text in kind.words:
         return scalar.text
     guess = did_you_mean(scalar.text, kind.words)
-    fix = f"did you mean {guess}?" if guess else ""
+    fix = f"did you mean {guess}?" if guess else f"write {wanted}"
     book.blame(path, scalar, f"{_short(scalar.text)} where {wanted} belongs", fix)
     return None
 
@@ -167,7 +173,7 @@ def read_text(book: Notebook, path: str, tree: Tree, form: TextForm) -> str | No
         )
         return None
     if len(text) > _LONGEST_LINE:
-        book.blame(path, scalar, f"{len(text)} characters, more than {_LONGEST_LINE}")
+        book.blame(path, scalar, f"{len(text)} characters, more than {_LONGEST_LINE}", "shorten it")
         return None
     return text
 

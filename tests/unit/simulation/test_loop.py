@@ -206,6 +206,13 @@ def test_only_covered_simulations_can_contradict_a_certificate(design_of):
     assert coverage(design_of(quantizers=FINE)) is Coverage.NOT_COVERED
 
 
+def test_a_step_in_which_the_plant_alone_crosses_its_tube_contradicts_nothing(design_of):
+    # xi_i / W_i = 1 s in this design, and four such times are the longest step.
+    assert coverage(design_of(step=3.9)) is Coverage.COVERED
+    assert coverage(design_of(step=4.1)) is Coverage.NOT_COVERED
+    assert coverage(design_of(step=4.1, period=4.1)) is Coverage.COVERED
+
+
 def test_a_bound_is_kept_up_to_rounding_and_by_no_nan():
     assert within((1.0 + 5e-10, 0.0), (1.0, 2.0))
     assert not within((1.0 + 2e-9, 0.0), (1.0, 2.0))

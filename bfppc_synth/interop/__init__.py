@@ -1,0 +1,1 @@
+"""What a certified design looks like to other tools."""
