@@ -1,0 +1,3291 @@
+"""The certificate checker: one file, standard library only; shipped as ``verify.py``.
+
+    python verify.py            checks the folder that this file lies in
+    python verify.py DIR        checks DIR;  --json prints the answer as one JSON object
+
+It reads a plant (plant.json), gains and tube (certificate.json) and the controller's constants,
+derives every obligation of docs/theory.md sections 2 and 3 by itself and proves each one in
+outward rounded integer arithmetic. Nothing in the certificate is believed: proofs are hints
+where to split a box, enclosures are compared with what is computed here. Exit code 0: proved;
+4: refuted (with a witness where there is one) or undecided (named); 2: malformed.
+
+Reading order: kernel (numbers), normal form and parser (expressions), tape (expressions over
+boxes), plant, reference, chain, obligations, verification, folder, command line.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import builtins
+import hashlib
+import heapq
+import importlib.abc
+import importlib.util
+import itertools
+import json
+import math
+import re
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+PLANT_FORMAT = "bfppc-synth/plant/1"
+CERTIFICATE_FORMAT = "bfppc-synth/certificate/1"
+REPORT_FORMAT = "bfppc-synth/verification/1"
+
+
+class Refusal(Exception):  # noqa: N818
+    """Whatever keeps the checker from saying "proved"."""
+
+
+class MalformedError(Refusal):
+    """The documents do not say what they must say: exit code 2."""
+
+
+class UndecidedError(Refusal):
+    """A domain, a pole or a size that the arithmetic cannot pass: exit code 4."""
+
+
+# ---------------------------------------------------------------------------------------------
+# 1. Kernel. A number is an integer n and means n / 2^P. An interval is a pair (lo, hi) of such
+# numbers. Every operation returns a pair that contains all values of the operation over its
+# operands: lower ends are rounded down (//, >>), upper ends up. Inside the transcendental
+# functions there are 64 more bits; their error is counted in ulps of 2^-W ("w" below), and a
+# count of less than 2^20 w is widened by _SLACK = 2^20 w, which is 2^-44 of the last bit at P.
+
+P = 128
+W = P + 64
+ONE = 1 << P
+_WONE = 1 << W
+_SLACK = 1 << 20
+_LARGEST = 1 << (P + 4096)
+_EXP_LIMIT = 2048 << P
+
+Interval = tuple[int, int]
+
+ZERO_I: Interval = (0, 0)
+ONE_I: Interval = (ONE, ONE)
+
+
+def _ceil_shift(n: int, bits: int) -> int:
+    return -((-n) >> bits)
+
+
+def _ceil_div(a: int, b: int) -> int:
+    return -((-a) // b)
+
+
+def checked(lo: int, hi: int) -> Interval:
+    """Refuse what is too large to go on with, so that no document can keep the checker busy."""
+    if hi > _LARGEST or lo < -_LARGEST:
+        raise UndecidedError("a number beyond 2^4096")
+    return lo, hi
+
+
+def from_fraction(value: Fraction) -> Interval:
+    """Enclose a rational; exact where its denominator divides 2^128."""
+    scaled = value.numerator << P
+    return checked(scaled // value.denominator, _ceil_div(scaled, value.denominator))
+
+
+def add(a: Interval, b: Interval) -> Interval:
+    """Sum, exact."""
+    return a[0] + b[0], a[1] + b[1]
+
+
+def neg(a: Interval) -> Interval:
+    """Negative, exact."""
+    return -a[1], -a[0]
+
+
+def sub(a: Interval, b: Interval) -> Interval:
+    """Difference, exact."""
+    return a[0] - b[1], a[1] - b[0]
+
+
+def mul(a: Interval, b: Interval) -> Interval:
+    """Product: the least and the largest of the four products of ends."""
+    if a[0] >= 0 and b[0] >= 0:
+        return checked((a[0] * b[0]) >> P, _ceil_shift(a[1] * b[1], P))
+    ends = (a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1])
+    return checked(min(ends) >> P, _ceil_shift(max(ends), P))
+
+
+def scale(weight: Fraction, a: Interval) -> Interval:
+    """Product with a rational, rounded once."""
+    p, q = weight.numerator, weight.denominator
+    lo, hi = (p * a[0], p * a[1]) if p >= 0 else (p * a[1], p * a[0])
+    return (lo, hi) if q == 1 else (lo // q, _ceil_div(hi, q))
+
+
+def div(a: Interval, b: Interval) -> Interval:
+    """Quotient; a divisor that may be 0 is refused."""
+    if b[0] <= 0 <= b[1]:
+        raise UndecidedError("division by an interval that contains 0")
+    tops = (a[0] << P, a[1] << P)
+    return checked(
+        min(top // end for top in tops for end in b),
+        max(_ceil_div(top, end) for top in tops for end in b),
+    )
+
+
+def absolute(a: Interval) -> Interval:
+    """(mig, mag) of docs/theory.md section 1."""
+    return max(0, a[0], -a[1]), max(-a[0], a[1])
+
+
+def hull(a: Interval, b: Interval) -> Interval:
+    """Smallest interval that contains both."""
+    return min(a[0], b[0]), max(a[1], b[1])
+
+
+def _root_floor(n: int, q: int) -> int:
+    """Integer part of the q-th root of n >= 0: Newton from above; the answer is checked."""
+    if n < 2 or q == 1:
+        return n
+    if q == 2:
+        return math.isqrt(n)
+    bits = max(0, n.bit_length() - 60)
+    whole, part = divmod((math.log2(n >> bits) + bits) / q, 1.0)
+    x = 1 + ((int(2.0**part * 1.000001 * 2**52) << int(whole)) >> 52)
+    while (y := ((q - 1) * x + n // x ** (q - 1)) // q) < x:
+        x = y
+    if not x**q <= n < (x + 1) ** q:
+        raise UndecidedError("a root that was not found")
+    return x
+
+
+def _power_point(n: int, p: int, q: int) -> Interval:
+    """(n / 2^P)^(p/q) for n >= 0 and p, q >= 1.
+
+    The result times 2^P is the q-th root of n^p 2^(P (q - p)); the floor of a root is the floor
+    of the root of the floor, and one more bounds the root from above unless all was exact.
+    """
+    if n.bit_length() * p > 1 << 18 or q > 1024:
+        raise UndecidedError("a power beyond the size that is computed")
+    top, bits = n**p, P * (q - p)
+    radicand = top << bits if bits >= 0 else top >> -bits
+    root = _root_floor(radicand, q)
+    exact = root**q == radicand and (bits >= 0 or radicand << -bits == top)
+    return root, root if exact else root + 1
+
+
+def power(a: Interval, exponent: Fraction) -> Interval:
+    """a^exponent; for an odd denominator q, sgn(x) abs(x)^(p/q) if p is odd.
+
+    Even numerators use abs(a), even denominators want a >= 0, negative exponents the reciprocal.
+    """
+    p, q = exponent.numerator, exponent.denominator
+    if p < 0:
+        return div(ONE_I, power(a, -exponent))
+    if p == 0:
+        return ONE_I
+    if p == q:
+        return a
+    if q % 2 == 0 and a[0] < 0:
+        raise UndecidedError("an even root of an interval with negative numbers")
+    if p % 2 == 0:
+        a = absolute(a)
+    lo, hi = (_power_point(abs(end), p, q) for end in a)
+    return checked(lo[0] if a[0] >= 0 else -lo[1], hi[1] if a[1] >= 0 else -hi[0])
+
+
+def _atanh_reciprocal(m: int, bits: int) -> Interval:
+    """atanh(1/m) 2^bits for an integer m >= 3: sum of m^-(2j+1) / (2j+1), all terms positive.
+
+    Each of the J terms is rounded down twice (at most 2 too little) and what follows the first
+    term below 1 adds up to less than 1: the sum is within [s, s + 2 J + 1].
+    """
+    total, term, j = 0, (1 << bits) // m, 0
+    while term:
+        total, j = total + term // (2 * j + 1), j + 1
+        term //= m * m
+    return total, total + 2 * j + 1
+
+
+def _atan_reciprocal(m: int, bits: int) -> Interval:
+    """atan(1/m) 2^bits: the same terms with alternating signs, so the error has both."""
+    total, term, j = 0, (1 << bits) // m, 0
+    while term:
+        total, j = total + (-1) ** j * (term // (2 * j + 1)), j + 1
+        term //= m * m
+    return total - 2 * j - 1, total + 2 * j + 1
+
+
+def _half_pi(bits: int) -> Interval:
+    """pi/2 2^bits from Machin's pi/4 = 4 atan(1/5) - atan(1/239), narrowed to one unit."""
+    a, b = _atan_reciprocal(5, bits + 64), _atan_reciprocal(239, bits + 64)
+    return (8 * a[0] - 2 * b[1]) >> 64, _ceil_shift(8 * a[1] - 2 * b[0], 64)
+
+
+_LN2 = tuple(2 * end for end in _atanh_reciprocal(3, W + 64))  # ln 2 = 2 atanh(1/3)
+_LN2_LO, _LN2_HI = _LN2[0] >> 64, _ceil_shift(_LN2[1], 64)
+_V = W + 128  # bits of pi/2 in argument reduction: 128 more than the argument's 64 need
+_HALF_PI = _half_pi(_V)
+PI_I: Interval = (_HALF_PI[0] >> (_V - P - 1), _ceil_shift(_HALF_PI[1], _V - P - 1))
+
+
+def _narrow(value: int, slack: int) -> Interval:
+    """From W to P bits, outward, for a value with an error of at most slack w."""
+    return (value - slack) >> (W - P), _ceil_shift(value + slack, W - P)
+
+
+@lru_cache(maxsize=1 << 14)
+def _exp_wide(n: int) -> Interval:
+    """e^(n / 2^P) 2^W for n >= 0, by e^x = 2^k (e^(r/256))^256, r = x - k ln 2.
+
+    k is the floor of x / (upper end of ln 2), so 0 <= r < 0.7 and r/256 < 0.003. Lower and
+    upper end are separate sums of positive terms, each operation rounded in its direction. What
+    follows the 18th term t is at most t (0.003/19 + ..) < t: adding t once more bounds it.
+    """
+    if n > _EXP_LIMIT:
+        raise UndecidedError("exp of a number beyond 2048")
+    x = n << (W - P)
+    k = x // _LN2_HI
+    r = ((x - k * _LN2_HI) >> 8, _ceil_shift(x - k * _LN2_LO, 8))
+    lo = hi = term_lo = term_hi = _WONE
+    for j in range(1, 19):
+        term_lo = ((term_lo * r[0]) >> W) // j
+        term_hi = _ceil_div(_ceil_shift(term_hi * r[1], W), j)
+        lo, hi = lo + term_lo, hi + term_hi
+    hi += term_hi
+    for _ in range(8):
+        lo, hi = (lo * lo) >> W, _ceil_shift(hi * hi, W)
+    return lo << k, hi << k
+
+
+def _exp_point(n: int) -> Interval:
+    if n == 0:
+        return ONE_I
+    if n > 0:
+        lo, hi = _exp_wide(n)
+        return lo >> (W - P), _ceil_shift(hi, W - P)
+    if n < -_EXP_LIMIT:
+        return 0, 1  # e^-2048 < 2^-128
+    lo, hi = _exp_wide(-n)
+    return (1 << (W + P)) // hi, _ceil_div(1 << (W + P), lo)
+
+
+def _odd_series(z: int, sign: int) -> int:
+    """Sum of sign^j z^(2j+1) / (2j+1) for 0 <= z < 0.21 w-scaled: atanh (1) or atan (-1).
+
+    z^2 carries 1 w, each power e' <= 0.05 e + 0.21 + 1 < 2 w, each quotient one more; at most 50
+    terms are not 0, and the dropped tail is below 1 w: less than 200 w in all.
+    """
+    square, term, total, j = (z * z) >> W, z, 0, 0
+    while term:
+        total += sign**j * (term // (2 * j + 1))
+        term, j = (term * square) >> W, j + 1
+    return total
+
+
+def _log_point(n: int) -> Interval:
+    """log(n / 2^P), n > 0: n = m 2^(P+k) with 2/3 <= m < 4/3, log = k ln 2 + 2 atanh(z).
+
+    z = (m-1)/(m+1) lies in [-1/5, 1/7] and is one rounding off (its effect on atanh < 1.05 w);
+    k ln 2 carries |k| <= 4300 w.
+    """
+    if n == ONE:
+        return ZERO_I
+    k = n.bit_length() - P
+    if 3 * n < 2 << (P + k):
+        k -= 1
+    top = n - (1 << (P + k))
+    z = (abs(top) << W) // (n + (1 << (P + k)))
+    series = 2 * _odd_series(z, 1)
+    return _narrow(k * _LN2_LO + (series if top >= 0 else -series), _SLACK)
+
+
+def _atan_point(n: int) -> Interval:
+    """atan: 1/x beyond 1, then twice atan y = 2 atan(y / (1 + sqrt(1 + y^2))), y < 0.2.
+
+    Each step halves an error that it receives and adds at most 3 w; times 4 at the end.
+    """
+    if n == 0:
+        return ZERO_I
+    size = abs(n)
+    y = (1 << (P + W)) // size if size > ONE else size << (W - P)
+    for _ in range(2):
+        y = (y << W) // (_WONE + math.isqrt((_WONE + ((y * y) >> W)) << W))
+    value = 4 * _odd_series(y, -1)
+    if size > ONE:
+        value = (_HALF_PI[0] >> (_V - W)) - value
+    return _narrow(value if n > 0 else -value, _SLACK)
+
+
+@lru_cache(maxsize=1 << 14)
+def _sin_cos_point(n: int) -> tuple[Interval, Interval]:
+    """Sine and cosine, x = q pi/2 + r with |r| < 0.79, Taylor series of r.
+
+    |x| < 2^64, so q < 2^65, and q times the error 2^-_V of pi/2 is far below 1 w: r is within
+    2 w. Term j is |r|^j / j!; if one has the error e, the next has at most (0.79 e + 2 + 1) / 2
+    + 1 < 5 w; 60 terms and a tail below 1 w: less than 400 w. (Were q off, |r| would be too
+    large and the check below would refuse it.)
+    """
+    whole: Interval = (-ONE, ONE)
+    if n == 0:
+        return ZERO_I, ONE_I
+    if abs(n) >= 1 << (P + 64):
+        return whole, whole
+    x = n << (_V - P)
+    q = (2 * x + _HALF_PI[0]) // (2 * _HALF_PI[0])
+    r = (x - q * _HALF_PI[0]) >> (_V - W)
+    if 5 * abs(r) > 4 * _WONE:
+        raise UndecidedError("argument reduction failed")
+    sums = [0, 0]
+    term, j = _WONE, 0
+    while term:
+        sums[j % 2] += -term if j % 4 > 1 else term
+        j += 1
+        term = ((term * abs(r)) >> W) // j
+    sine, cosine = (sums[1] if r >= 0 else -sums[1]), sums[0]
+    turned = ((sine, cosine), (cosine, -sine), (-sine, -cosine), (-cosine, sine))[q % 4]
+    first, second = (_narrow(value, _SLACK) for value in turned)
+    return (
+        (max(first[0], -ONE), min(first[1], ONE)),
+        (max(second[0], -ONE), min(second[1], ONE)),
+    )
+
+
+def _hits(a: Interval, offset: int, period: int) -> bool:
+    """Whether (offset + k period) pi/2 may lie in a for some integer k; "no" is certain.
+
+    With pi/2 in [H, H'], the multiples m with lo <= m pi/2 <= hi are among those from
+    ceil(lo / H') (lo / H if lo < 0) to floor(hi / H) (hi / H' if hi < 0); 0 is treated exactly.
+    """
+    lo, hi = a[0] << (_V - P), a[1] << (_V - P)
+    first = _ceil_div(lo, _HALF_PI[1] if lo >= 0 else _HALF_PI[0])
+    last = hi // (_HALF_PI[0] if hi >= 0 else _HALF_PI[1])
+    return first + (offset - first) % period <= last
+
+
+def _wave(a: Interval, index: int) -> Interval:
+    """Exact range of sin (0) or cos (1): -1 or 1 only where such a point may be inside."""
+    first, last = _sin_cos_point(a[0])[index], _sin_cos_point(a[1])[index]
+    return (
+        -ONE if _hits(a, 3 - index, 4) else min(first[0], last[0]),
+        ONE if _hits(a, 1 - index, 4) else max(first[1], last[1]),
+    )
+
+
+def tan(a: Interval) -> Interval:
+    """Tangent inside one branch: where cos has no 0, which also bounds the width by pi."""
+    cosine = _wave(a, 1)
+    if cosine[0] <= 0 <= cosine[1]:
+        raise UndecidedError("tan over an interval that contains a pole")
+    ends = [div(*_sin_cos_point(end)) if end else ZERO_I for end in a]
+    return ends[0][0], ends[1][1]
+
+
+def log(a: Interval) -> Interval:
+    """Natural logarithm of a positive interval."""
+    if a[0] <= 0:
+        raise UndecidedError("log of an interval with numbers that are not positive")
+    return _log_point(a[0])[0], _log_point(a[1])[1]
+
+
+def _odd(point: Callable[[int], Interval], a: Interval) -> Interval:
+    """Increasing odd function from its values at n > 0; exactly 0 at 0."""
+    lo, hi = (point(abs(end)) if end else ZERO_I for end in a)
+    return max(0, lo[0]) if a[0] >= 0 else -lo[1], hi[1] if a[1] >= 0 else -max(0, hi[0])
+
+
+def _tanh_point(n: int) -> Interval:
+    """1 - 2 / (e^2x + 1), increasing in e^2x; 1 - tanh x < 2 e^-2x < 2^-128 beyond x = 64."""
+    if n > 64 * ONE:
+        return ONE - 1, ONE
+    lo, hi = _exp_wide(2 * n)
+    top = 1 << (2 * W + 1)
+    return (
+        (_WONE - _ceil_div(top, lo + _WONE)) >> (W - P),
+        min(ONE, _ceil_shift(_WONE - top // (hi + _WONE), W - P)),
+    )
+
+
+def _sinh_point(n: int) -> Interval:
+    """(e^x - e^-x) / 2, increasing in e^x."""
+    lo, hi = _exp_wide(n)
+    one = 1 << (2 * W)
+    return (lo - _ceil_div(one, lo)) >> (W - P + 1), _ceil_shift(hi - one // hi, W - P + 1)
+
+
+def cosh(a: Interval) -> Interval:
+    """(e^|x| + e^-|x|) / 2, increasing in |x|; never below 1."""
+    least, most = absolute(a)
+    lo, hi = _exp_point(least), _exp_point(most)
+    one = 1 << (2 * P)
+    return max(ONE, (lo[0] + one // lo[0]) >> 1), _ceil_shift(hi[1] + _ceil_div(one, hi[1]), 1)
+
+
+def _asinh_point(n: int) -> Interval:
+    """log(x + sqrt(x^2 + 1)), increasing in x."""
+    root = power(add(mul((n, n), (n, n)), ONE_I), Fraction(1, 2))
+    return log(add((n, n), root))
+
+
+def sign(a: Interval) -> Interval:
+    """(sgn lo, sgn hi)."""
+    lo, hi = ((end > 0) - (end < 0) for end in a)
+    return lo * ONE, hi * ONE
+
+
+FUNCTIONS: dict[str, Callable[[Interval], Interval]] = {
+    "exp": lambda a: (_exp_point(a[0])[0], _exp_point(a[1])[1]),
+    "log": log,
+    "sin": lambda a: _wave(a, 0),
+    "cos": lambda a: _wave(a, 1),
+    "tan": tan,
+    "sinh": lambda a: _odd(_sinh_point, a),
+    "cosh": cosh,
+    "tanh": lambda a: _odd(_tanh_point, a),
+    "atan": lambda a: _odd(_atan_point, a),
+    "asinh": lambda a: _odd(_asinh_point, a),
+    "abs": absolute,
+    "sign": sign,
+}
+exp, sin, cos, tanh = (FUNCTIONS[name] for name in ("exp", "sin", "cos", "tanh"))
+
+# Derivatives from the argument x and the value y; abs at its kink has all slopes in [-1, 1],
+# which is right for a function that is Lipschitz (Clarke's derivative).
+_SLOPES: dict[str, Callable[[Interval, Interval], Interval]] = {
+    "exp": lambda _, y: y,
+    "log": lambda x, _: div(ONE_I, x),
+    "sin": lambda x, _: cos(x),
+    "cos": lambda x, _: neg(sin(x)),
+    "tan": lambda _, y: add(ONE_I, power(y, Fraction(2))),
+    "sinh": lambda x, _: cosh(x),
+    "cosh": lambda x, _: FUNCTIONS["sinh"](x),
+    "tanh": lambda _, y: sub(ONE_I, power(y, Fraction(2))),
+    "atan": lambda x, _: div(ONE_I, add(ONE_I, power(x, Fraction(2)))),
+    "asinh": lambda x, _: power(add(ONE_I, power(x, Fraction(2))), Fraction(-1, 2)),
+    "abs": lambda x, _: sign(x),
+}
+
+
+def to_doubles(a: Interval) -> tuple[float, float]:
+    """Enclose in binary64, outward: int / int rounds to nearest, then one step if inside."""
+    largest = int(sys.float_info.max) * ONE
+    lo, hi = (min(max(end, -largest), largest) / ONE for end in a)
+    if Fraction(lo) * ONE > a[0]:
+        lo = math.nextafter(lo, -math.inf)
+    if Fraction(hi) * ONE < a[1]:
+        hi = math.nextafter(hi, math.inf)
+    return lo, hi
+
+
+# ---------------------------------------------------------------------------------------------
+# 2. Normal form. Equal factors are one power, equal terms one term: over a box, x*x is x^2 and
+# x - x is 0. What cancels may have had a pole or a smaller domain (x/x, log x - log x): the parser
+# keeps every such part, and the chain evaluates each of them over the reachable box as well. A
+# symbol whose name begins with "+" is known to be nonnegative.
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """An expression; ``text`` is canonical: equal texts are equal expressions.
+
+    kind: num (number) | sym (name) | pi | sum (weights times args) | prod (args to the powers
+    weights) | fun (name of args) | piece (relations[i] compares args[2i+1] with 0 for args[2i];
+    the last arg is the default).
+    """
+
+    kind: str
+    text: str
+    args: tuple[Node, ...] = ()
+    weights: tuple[Fraction, ...] = ()
+    number: Fraction = Fraction(0)
+    name: str = ""
+    relations: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Keep expressions small, so that no document can keep the checker busy."""
+        if len(self.text) > 60_000:
+            raise UndecidedError("an expression beyond the size that is checked")
+
+
+def num(value: Fraction | int) -> Node:
+    """Rational number."""
+    value = Fraction(value)
+    if max(value.numerator.bit_length(), value.denominator.bit_length()) > 8192:
+        raise UndecidedError("a constant beyond 8192 bits")
+    return Node("num", str(value), number=value)
+
+
+def sym(name: str) -> Node:
+    """Symbol."""
+    return Node("sym", name, name=name)
+
+
+UNIT = num(1)
+NOTHING = num(0)
+PI = Node("pi", "pi")
+
+
+def combine(terms: Iterable[tuple[Fraction | int, Node]]) -> Node:
+    """Linear combination, like terms collected."""
+    table: dict[str, tuple[Fraction, Node]] = {}
+    for weight, node in terms:
+        parts: Iterable[tuple[Fraction, Node]] = ((Fraction(1), node),)
+        if node.kind == "sum":
+            parts = zip(node.weights, node.args, strict=True)
+        elif node.kind == "num":
+            parts = ((node.number, UNIT),)
+        for inner, core in parts:
+            old = table.get(core.text, (Fraction(0), core))[0]
+            table[core.text] = (old + weight * inner, core)
+    kept = [table[key] for key in sorted(table) if table[key][0]]
+    if not kept:
+        return NOTHING
+    if len(kept) == 1 and (kept[0][0] == 1 or kept[0][1].kind == "num"):
+        return kept[0][1] if kept[0][0] == 1 else num(kept[0][0])
+    for weight, _ in kept:
+        num(weight)
+    text = "(" + " + ".join(f"{weight}*{core.text}" for weight, core in kept) + ")"
+    return Node("sum", text, tuple(core for _, core in kept), tuple(w for w, _ in kept))
+
+
+def minus(a: Node, b: Node) -> Node:
+    """Return a - b."""
+    return combine([(1, a), (-1, b)])
+
+
+def multiply(factors: Iterable[tuple[Node, Fraction | int]]) -> Node:
+    """Product of powers, equal bases collected."""
+    queue = [(base, Fraction(exponent)) for base, exponent in factors]
+    coefficient = Fraction(1)
+    table: dict[str, tuple[Node, Fraction]] = {}
+    exponents: list[tuple[Fraction, Node]] = []
+    while queue:
+        base, e = queue.pop()
+        whole = e.denominator == 1
+        if e == 0:
+            continue
+        if base.kind == "num" and (whole or base.number in (0, 1)):
+            if base.number == 0 and e < 0:
+                raise UndecidedError("division by zero")
+            if abs(e) * max(base.number.numerator.bit_length(), 1) > 20_000:
+                raise UndecidedError("a constant beyond 8192 bits")
+            coefficient *= base.number**e.numerator if whole else base.number
+        elif base.kind == "sum" and len(base.args) == 1 and whole:
+            queue += [(num(base.weights[0]), e), (base.args[0], e)]
+        elif base.kind == "prod" and whole:
+            queue += [(b, x * e) for b, x in zip(base.args, base.weights, strict=True)]
+        elif base.name == "exp":
+            exponents.append((e, base.args[0]))
+        elif e.denominator % 2 == 0:
+            queue.append((function(f"root{e.denominator}", (base,)), Fraction(e.numerator)))
+        else:
+            table[base.text] = (base, table.get(base.text, (base, Fraction(0)))[1] + e)
+    again = _signed_powers(table)
+    for key, (base, e) in list(table.items()):
+        composite = base.kind in ("num", "prod") or (base.kind == "sum" and len(base.args) == 1)
+        step = 2 if base.name == "abs" else int(base.name[4:] or 1) if _is_root(base) else 0
+        if step and e and e % step == 0:
+            again.append((base.args[0], e if base.name == "abs" else e / step))
+        elif e.denominator == 1 and composite:
+            again.append((base, e))
+        else:
+            continue
+        del table[key]
+    if again:
+        rest = [*table.values(), *again, (num(coefficient), Fraction(1))]
+        return multiply([*rest, *((function("exp", (a,)), e) for e, a in exponents)])
+    grown = combine(exponents)
+    if grown.text != "0":
+        table["exp"] = (function("exp", (grown,)), Fraction(1))
+    if coefficient == 0:
+        return NOTHING
+    kept = sorted((entry for entry in table.values() if entry[1]), key=lambda e: e[0].text)
+    if not kept:
+        return num(coefficient)
+    core = kept[0][0]
+    if len(kept) > 1 or kept[0][1] != 1:
+        text = "*".join(f"{_base_text(base)}^({e})" for base, e in kept)
+        core = Node("prod", text, tuple(b for b, _ in kept), tuple(e for _, e in kept))
+    return combine([(coefficient, core)])
+
+
+def _base_text(node: Node) -> str:
+    # Without the brackets (x y)^(1/3) and x y^(1/3) would be the same text.
+    return f"[{node.text}]" if node.kind in ("num", "prod") else node.text
+
+
+def _is_root(node: Node) -> bool:
+    return node.name.startswith("root") and node.kind == "fun"
+
+
+def _signed_powers(table: dict[str, tuple[Node, Fraction]]) -> list[tuple[Node, Fraction]]:
+    """Take x^m |x|^r sgn(x)^i, m, r >= 0, out of a product: it is one power of |x| or x.
+
+    Odd parity gives sgn(x) |x|^(m+r), the increasing power that odd roots mean, even parity
+    |x|^(m+r); so x |x| has the exact range, as docs/theory.md section 1 asks.
+    """
+    made: list[tuple[Node, Fraction]] = []
+    for name, (outer, e) in list(table.items()):
+        if outer.name not in ("abs", "sign") or e <= 0 or name not in table:
+            continue
+        base = outer.args[0]
+        partners = [base.text, f"abs({base.text})"][: 1 if outer.name == "abs" else 2]
+        found = [table[key] for key in partners if key in table and table[key][1] > 0]
+        total = sum((f for _, f in found), e if outer.name == "abs" else Fraction(0))
+        if not found or e.denominator > 1 or total.denominator % 2 == 0:
+            continue
+        odd = e.numerator * (outer.name == "sign")
+        odd += sum(f.numerator for inner, f in found if inner.text == base.text)
+        for key in [name, *(inner.text for inner, _ in found)]:
+            del table[key]
+        if odd % 2 == total.numerator % 2:
+            made.append((base, total))
+        elif odd % 2 == 0:
+            made.append((function("abs", (base,)), total))
+        else:
+            made.append((function(f"signed{total}", (base,)), Fraction(1)))
+    return made
+
+
+_ODD = ("sin", "tan", "sinh", "tanh", "atan", "asinh", "sign")
+_EVEN = ("cos", "cosh", "abs")
+_AT_ZERO = {**dict.fromkeys(("cos", "cosh", "exp"), 1), **dict.fromkeys((*_ODD, "abs"), 0)}
+
+
+def is_nonnegative(node: Node) -> bool:
+    """Whether the form alone shows that the expression is >= 0 wherever it is defined."""
+    if node.kind in ("num", "pi"):
+        return node.number >= 0
+    if node.kind == "sym":
+        return node.name.startswith("+")
+    if node.kind == "sum":
+        return all(
+            w > 0 and is_nonnegative(a) for w, a in zip(node.weights, node.args, strict=True)
+        )
+    if node.kind == "prod":
+        return all(
+            (e.numerator % 2 == 0) or is_nonnegative(a)
+            for e, a in zip(node.weights, node.args, strict=True)
+        )
+    if node.name in ("sinh", "tanh", "atan", "asinh"):
+        return is_nonnegative(node.args[0])
+    return node.name in ("exp", "cosh", "abs") or node.name.startswith("root")
+
+
+def function(name: str, args: Sequence[Node]) -> Node:
+    """Value of a function, odd and even ones with the sign taken out, rational values folded."""
+    a = args[0]
+    if name in ("min", "max"):
+        unique = {arg.text: arg for arg in args}
+        values = [arg.number for arg in unique.values() if arg.kind == "num"]
+        if len(values) > 1:
+            best = min(values) if name == "min" else max(values)
+            unique = {k: v for k, v in unique.items() if v.kind != "num"} | {str(best): num(best)}
+        args = [unique[key] for key in sorted(unique)]
+        if len(args) == 1:
+            return args[0]
+    elif a.kind == "num" and a.number == 0 and name in _AT_ZERO:
+        return num(_AT_ZERO[name])
+    elif name == "log" and a.text == "1":
+        return NOTHING
+    elif name == "sign" and a.kind == "num":
+        return num(1 if a.number > 0 else -1)
+    elif name in _ODD or name in _EVEN or name.startswith("signed"):
+        leading = a.weights[0] if a.kind == "sum" else a.number
+        if leading < 0:
+            flipped = function(name, (combine([(-1, a)]),))
+            return flipped if name in _EVEN else combine([(-1, flipped)])
+        if name.startswith("signed") and is_nonnegative(a):
+            return multiply([(a, Fraction(name[6:]))])
+        if name == "abs":
+            if is_nonnegative(a):
+                return a
+            if a.kind == "sum" and len(a.args) == 1:
+                return combine([(abs(a.weights[0]), function("abs", a.args))])
+            if a.kind == "prod" and all(e.denominator == 1 for e in a.weights):
+                parts = zip(a.args, a.weights, strict=True)
+                return multiply([(function("abs", (b,)), e) for b, e in parts])
+    elif name.startswith("root") and a.kind == "num" and a.number >= 0:
+        q = int(name[4:])
+        top, bottom = (_root_floor(n, q) for n in (a.number.numerator, a.number.denominator))
+        if (top**q, bottom**q) == (a.number.numerator, a.number.denominator):
+            return num(Fraction(top, bottom))
+    text = f"{name}({', '.join(arg.text for arg in args)})"
+    return Node("fun", text, tuple(args), name=name)
+
+
+def piecewise(branches: Sequence[tuple[Node, str, Node]], default: Node) -> Node:
+    """Branches (value, relation, difference): value where difference relation 0, in order."""
+    args = [node for value, _, difference in branches for node in (value, difference)]
+    pieces = [f"{value.text} if {diff.text} {rel} 0" for value, rel, diff in branches]
+    text = f"piece({', '.join([*pieces, default.text])})"
+    relations = tuple(relation for _, relation, _ in branches)
+    return Node("piece", text, (*args, default), relations=relations)
+
+
+def rebuild(node: Node, args: Sequence[Node]) -> Node:
+    """Return the node with other arguments, in normal form again."""
+    if node.kind == "sum":
+        return combine(zip(node.weights, args, strict=True))
+    if node.kind == "prod":
+        return multiply(zip(args, node.weights, strict=True))
+    if node.kind == "fun":
+        return function(node.name, args)
+    if node.kind == "piece":
+        pairs = zip(args[:-1:2], node.relations, args[1::2], strict=True)
+        return piecewise(tuple(pairs), args[-1])
+    return node
+
+
+def substitute(node: Node, values: Mapping[str, Node]) -> Node:
+    """Replace symbols."""
+    if node.kind == "sym":
+        return values.get(node.name, node)
+    return rebuild(node, [substitute(arg, values) for arg in node.args])
+
+
+def symbols(node: Node) -> frozenset[str]:
+    """Names of the symbols in an expression."""
+    if node.kind == "sym":
+        return frozenset((node.name,))
+    return frozenset().union(*(symbols(arg) for arg in node.args))
+
+
+def derivative(node: Node, name: str) -> Node:
+    """Differentiate; at kinks of abs, min, max any slope between the two sides will do."""
+    if node.kind == "sym":
+        return UNIT if node.name == name else NOTHING
+    if name not in symbols(node):
+        return NOTHING
+    if node.kind == "sum":
+        return combine(
+            (w, derivative(a, name)) for w, a in zip(node.weights, node.args, strict=True)
+        )
+    if node.kind == "prod":
+        factors = list(zip(node.args, node.weights, strict=True))
+        return combine(
+            (e, multiply([*factors[:j], *factors[j + 1 :], (a, e - 1), (derivative(a, name), 1)]))
+            for j, (a, e) in enumerate(factors)
+        )
+    if node.kind == "piece" or node.name == "sign":
+        raise UndecidedError(f"no derivative of {node.text}: it may jump")
+    if node.name in ("min", "max"):
+        first, *others = node.args
+        rest = function(node.name, others)
+        relation = "<" if node.name == "min" else ">"
+        branch = (derivative(first, name), relation, minus(first, rest))
+        return piecewise([branch], derivative(rest, name))
+    a = node.args[0]
+    if node.name.startswith(("root", "signed")):
+        r = Fraction(1, int(node.name[4:])) if node.name[0] == "r" else Fraction(node.name[6:])
+        base = a if node.name[0] == "r" else function("abs", (a,))
+        outer = combine([(r, multiply([(base, r - 1)]))])
+    else:
+        outer = _outer_derivative(node, a)
+    return multiply([(outer, 1), (derivative(a, name), 1)])
+
+
+def _outer_derivative(node: Node, a: Node) -> Node:
+    square = combine([(1, UNIT), (1, multiply([(a, 2)]))])
+    table: dict[str, Callable[[], Node]] = {
+        "exp": lambda: node,
+        "log": lambda: multiply([(a, -1)]),
+        "sin": lambda: function("cos", (a,)),
+        "cos": lambda: combine([(-1, function("sin", (a,)))]),
+        "tan": lambda: combine([(1, UNIT), (1, multiply([(node, 2)]))]),
+        "sinh": lambda: function("cosh", (a,)),
+        "cosh": lambda: function("sinh", (a,)),
+        "tanh": lambda: combine([(1, UNIT), (-1, multiply([(node, 2)]))]),
+        "atan": lambda: multiply([(square, -1)]),
+        "asinh": lambda: multiply([(square, Fraction(-1, 2))]),
+        "abs": lambda: function("sign", (a,)),
+    }
+    return table[node.name]()
+
+
+# ---------------------------------------------------------------------------------------------
+# 3. Parser: the grammar of the plant file, by recursive descent. Nothing is ever evaluated.
+
+_TOKEN = re.compile(
+    r"\s*(?:(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
+    r"|(?P<name>[A-Za-z_][A-Za-z0-9_]*)|(?P<sign>\*\*|<=|>=|[-+*/^(),<>]))",
+    re.ASCII,
+)
+_ALIASES = {"Abs": "abs", "ln": "log", "Min": "min", "Max": "max", "sqrt": "root2"}
+
+
+def read_number(text: str) -> Fraction:
+    """Exact value of an unsigned decimal, its size judged before it is built."""
+    digits = re.sub(r"[eE].*", "", text)
+    exponent = text[len(digits) + 1 :]
+    if len(digits) > 400 or len(exponent) > 5 or abs(int(exponent or "0")) > 700:
+        raise MalformedError(f"a number beyond the size that is read: {text[:40]}")
+    return Fraction(text)
+
+
+class Parser:
+    """One text, read once from left to right."""
+
+    def __init__(self, text: str, names: Mapping[str, Node]) -> None:
+        if len(text) > 4000:
+            raise MalformedError(f"an expression of {len(text)} characters")
+        self._text, self._names = text, names
+        self.partial: list[Node] = []
+        self._at = self._depth = 0
+        self._kind = self._word = ""
+        self._advance()
+
+    def parse(self) -> Node:
+        """Read all of the text."""
+        node = self._sum()
+        if self._kind != "end":
+            raise self._error(f"`{self._word}` is out of place")
+        return node
+
+    def _error(self, what: str) -> MalformedError:
+        return MalformedError(f"`{self._text[:80]}`: {what}")
+
+    def _advance(self) -> str:
+        """Move to the next token; return the one left."""
+        left = self._word
+        match = _TOKEN.match(self._text, self._at)
+        if match is None:
+            if self._text[self._at :].strip():
+                raise self._error(f"`{self._text[self._at :].strip()[:1]}` is out of place")
+            self._kind, self._word = "end", ""
+            return left
+        self._at = match.end()
+        self._kind = match.lastgroup or ""
+        self._word = match.group(self._kind)
+        return left
+
+    def _accept(self, *signs: str) -> str:
+        return self._advance() if self._kind == "sign" and self._word in signs else ""
+
+    def _expect(self, sign: str) -> None:
+        if not self._accept(sign):
+            raise self._error(f"`{sign}` is missing")
+
+    def _sum(self) -> Node:
+        self._depth += 1
+        if self._depth > 80:
+            raise self._error("nested too deeply")
+        terms = [(1, self._product())]
+        while accepted := self._accept("+", "-"):
+            terms.append((1 if accepted == "+" else -1, self._product()))
+        self._depth -= 1
+        return combine(terms)
+
+    def _product(self) -> Node:
+        factors = [(self._signed(), 1)]
+        while accepted := self._accept("*", "/"):
+            factors.append((self._signed(), 1 if accepted == "*" else -1))
+            if accepted == "/":
+                self.partial.append(multiply([factors[-1]]))
+        return multiply(factors)
+
+    def _signed(self) -> Node:
+        self._depth += 1
+        if self._depth > 80:
+            raise self._error("nested too deeply")
+        if accepted := self._accept("+", "-"):
+            node = combine([(1 if accepted == "+" else -1, self._signed())])
+        else:
+            node = self._power()
+        self._depth -= 1
+        return node
+
+    def _power(self) -> Node:
+        base = self._atom()
+        if not self._accept("**", "^"):
+            return base
+        exponent = self._signed()
+        if base.text == "exp(1)":
+            return function("exp", (exponent,))
+        if exponent.kind != "num":
+            raise self._error("an exponent that is no rational number")
+        if abs(exponent.number) > 64 or exponent.number.denominator > 1000:
+            raise self._error(f"the exponent {exponent.number}")
+        self.partial.append(multiply([(base, exponent.number)]))
+        return self.partial[-1]
+
+    def _atom(self) -> Node:
+        if self._kind == "number":
+            return num(read_number(self._advance()))
+        if self._accept("("):
+            node = self._sum()
+            self._expect(")")
+            return node
+        if self._kind != "name":
+            raise self._error(f"`{self._word or 'the end'}` where a number or a name belongs")
+        name = self._advance()
+        if not self._accept("("):
+            if name in ("pi", "E"):
+                return PI if name == "pi" else function("exp", (UNIT,))
+            if name not in self._names:
+                raise self._error(f"the name {name} is not known here")
+            return self._names[name]
+        node = self._branches() if name == "Piecewise" else self._call(_ALIASES.get(name, name))
+        self._expect(")")
+        return node
+
+    def _call(self, name: str) -> Node:
+        args = [self._sum()]
+        while self._accept(","):
+            args.append(self._sum())
+        if name not in ("min", "max", "root2", *FUNCTIONS):
+            raise self._error(f"the function {name} is not known")
+        if (len(args) == 1) == (name in ("min", "max")):
+            raise self._error(f"{name} with {len(args)} arguments")
+        self.partial.append(function(name, args))
+        return self.partial[-1]
+
+    def _branches(self) -> Node:
+        branches: list[tuple[Node, str, Node]] = []
+        while True:
+            self._expect("(")
+            value = self._sum()
+            self._expect(",")
+            if self._kind == "name" and self._word == "True":
+                self._advance()
+                self._expect(")")
+                return piecewise(branches, value) if branches else value
+            left = self._sum()
+            relation = self._accept("<", "<=", ">", ">=")
+            if not relation:
+                raise self._error("a condition that is no comparison")
+            branches.append((value, relation, minus(left, self._sum())))
+            self._expect(")")
+            self._expect(",")
+
+
+def parse(text: str, names: Mapping[str, Node]) -> Node:
+    """Read an expression of the plant file into normal form."""
+    return Parser(text, names).parse()
+
+
+# ---------------------------------------------------------------------------------------------
+# 4. Tape: an expression compiled once and evaluated over many boxes.
+
+Box = tuple[Interval, ...]
+Gradient = dict[int, Interval]
+
+# One rounding of binary64 is at most 2^-53 of the result, 4 ulp are at most 8 of these; what
+# underflows is below 2^-1000, and 1 in the last place here is far more.
+_ROUNDING = Fraction(1, 1 << 53)
+
+
+def _call(name: str, args: Sequence[Interval]) -> Interval:
+    if name == "min":
+        return min(a[0] for a in args), min(a[1] for a in args)
+    if name == "max":
+        return max(a[0] for a in args), max(a[1] for a in args)
+    if name.startswith("root"):
+        return power(args[0], Fraction(1, int(name[4:])))
+    if name.startswith("signed"):
+        lo, hi = (power(absolute((end, end)), Fraction(name[6:])) for end in args[0])
+        return (lo[0] if args[0][0] >= 0 else -lo[1], hi[1] if args[0][1] >= 0 else -hi[0])
+    return FUNCTIONS[name](args[0])
+
+
+def _slope(name: str, x: Interval, y: Interval) -> Interval:
+    if name == "sign" and x[0] <= 0 <= x[1]:
+        raise UndecidedError("sign jumps")
+    if name == "sign":
+        return ZERO_I
+    if name.startswith("root"):
+        q = int(name[4:])
+        return scale(Fraction(1, q), power(y, Fraction(1 - q)))
+    if name.startswith("signed"):
+        r = Fraction(name[6:])
+        return scale(r, power(absolute(x), r - 1))
+    return _SLOPES[name](x, y)
+
+
+def _reachable(relation: str, difference: Interval) -> tuple[bool, bool]:
+    """Whether a condition can be true, and whether it can be false."""
+    lo, hi = difference if relation[0] == "<" else neg(difference)
+    return (lo <= 0, hi > 0) if relation[1:] else (lo < 0, hi >= 0)
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """Upper bound over a box; ``sample`` is at most the value at ``point``, a point of the box.
+
+    The maximum is on ``face``; ``cuts`` are the dimensions worth cutting, the best one first.
+    """
+
+    upper: int
+    sample: int
+    point: Box
+    face: Box
+    cuts: tuple[int, ...]
+
+
+class Tape:
+    """Values, gradients and rounding errors of one expression; names give the box's order."""
+
+    def __init__(self, node: Node, names: Sequence[str]) -> None:
+        self._index = {name: j for j, name in enumerate(names)}
+        self._places: dict[str, int] = {}
+        self._code: list[tuple[Node, tuple[int, ...]]] = []
+        self._fixed: list[Interval | None] = []
+        self._visit(node)
+
+    def _visit(self, node: Node) -> int:
+        if node.text not in self._places:
+            places = tuple(self._visit(arg) for arg in node.args)
+            fixed: Interval | None = None
+            args = [arg for arg in (self._fixed[place] for place in places) if arg is not None]
+            if node.kind != "sym" and len(args) == len(places):
+                fixed = self._operation(node, args, ())
+            elif node.kind == "sym" and node.name not in self._index:
+                raise MalformedError(f"the name {node.name} is not known here")
+            self._places[node.text] = len(self._code)
+            self._code.append((node, places))
+            self._fixed.append(fixed)
+        return self._places[node.text]
+
+    def value(self, box: Box) -> Interval:
+        """Natural interval extension."""
+        return self._values(box)[-1]
+
+    def _values(self, box: Box) -> list[Interval]:
+        values: list[Interval] = []
+        for (node, places), fixed in zip(self._code, self._fixed, strict=True):
+            if fixed is None:
+                fixed = self._operation(node, [values[place] for place in places], box)  # noqa: PLW2901
+            values.append(fixed)
+        return values
+
+    def _operation(self, node: Node, args: list[Interval], box: Box) -> Interval:
+        if node.kind == "sym":
+            return box[self._index[node.name]]
+        if node.kind == "sum":
+            lo = hi = 0
+            for weight, arg in zip(node.weights, args, strict=True):
+                part = scale(weight, arg)
+                lo, hi = lo + part[0], hi + part[1]
+            return checked(lo, hi)
+        if node.kind == "prod":
+            result = power(args[0], node.weights[0])
+            for arg, e in zip(args[1:], node.weights[1:], strict=True):
+                result = mul(result, arg if e == 1 else power(arg, e))
+            return result
+        if node.kind == "fun":
+            return _call(node.name, args)
+        if node.kind == "piece":
+            found = None
+            for arg in self._branches(node, args):
+                found = arg if found is None else hull(found, arg)
+            return found or args[-1]
+        return PI_I if node.kind == "pi" else from_fraction(node.number)
+
+    @staticmethod
+    def _branches(node: Node, args: Sequence[Any], values: Sequence[Interval] = ()) -> list[Any]:
+        """Return the args (values, or what belongs to them) of the branches that can be taken."""
+        taken: list[Any] = []
+        values = values or args
+        for j, relation in enumerate(node.relations):
+            can_be_true, can_be_false = _reachable(relation, values[2 * j + 1])
+            if can_be_true:
+                taken.append(args[2 * j])
+            if not can_be_false:
+                return taken
+        return [*taken, args[-1]]
+
+    def gradient(self, box: Box) -> tuple[Interval, Gradient]:
+        """Value and enclosure of all slopes over the box (forward mode); absent ones are 0.
+
+        Raises UndecidedError where a slope is unbounded or the expression may jump.
+        """
+        values = self._values(box)
+        slopes: list[Gradient] = []
+        for (node, places), y in zip(self._code, values, strict=True):
+            args = [values[place] for place in places]
+            inner = [slopes[place] for place in places]
+            result: Gradient = {}
+            if node.kind == "sym":
+                result = {self._index[node.name]: ONE_I}
+            elif node.kind == "sum":
+                for weight, slope in zip(node.weights, inner, strict=True):
+                    for j, part in slope.items():
+                        result[j] = add(result.get(j, ZERO_I), scale(weight, part))
+            elif node.kind == "prod":
+                for k, slope in enumerate(inner):
+                    if slope:
+                        _accumulate(result, slope, self._cofactor(node, args, k))
+            elif node.name in ("min", "max"):
+                result = _gradient_hull(inner)
+            elif node.kind == "piece":
+                taken = self._branches(node, inner, args)
+                if len(taken) > 1:
+                    raise UndecidedError("a Piecewise may jump")
+                result = taken[0]
+            elif node.kind == "fun" and inner[0]:
+                _accumulate(result, inner[0], _slope(node.name, args[0], y))
+            slopes.append(result)
+        return values[-1], slopes[-1]
+
+    @staticmethod
+    def _cofactor(node: Node, args: Sequence[Interval], j: int) -> Interval:
+        e = node.weights[j]
+        result = scale(e, power(args[j], e - 1))
+        for k, (arg, other) in enumerate(zip(args, node.weights, strict=True)):
+            if k != j:
+                result = mul(result, power(arg, other))
+        return result
+
+    def rounding(self, box: Box, errors: Sequence[int]) -> int:
+        """Bound the error of a binary64 evaluation, in units of 2^-P.
+
+        errors[j] bounds that of input j. Every operation passes on the errors of its operands
+        times its largest slope over the widened operands (mean value theorem) and adds its own:
+        a constant 1 rounding; a coefficient 2 (itself and a product) and a sum of m terms, in any
+        order, m - 1 of at most the sum of sizes; a factor to the power e as products |e| - 1, a
+        division or a product 1; pow, whose exponent is rounded too, 4 ulp and |log x| < 746
+        roundings; a function 4 ulp. Counts are doubled for what is of second order.
+        """
+        values = self._values(box)
+        found: list[int] = []
+        for (node, places), y in zip(self._code, values, strict=True):
+            inner = [found[place] for place in places]
+            pairs = zip((values[place] for place in places), inner, strict=True)
+            wide = [(a[0] - d, a[1] + d) for a, d in pairs]
+            if node.kind == "sym":
+                found.append(errors[self._index[node.name]])
+                continue
+            if node.kind == "piece" or node.name == "sign":
+                raise UndecidedError("no rounding error of an expression that may jump")
+            size = absolute(self._operation(node, wide, ()) if wide else y)[1]
+            passed, count = 0, 2
+            if node.kind == "sum":
+                parts = list(zip(node.weights, wide, inner, strict=True))
+                passed = sum(absolute(scale(w, (d, d)))[1] for w, _, d in parts)
+                size = sum(absolute(scale(w, a))[1] for w, a, _ in parts)
+                count = len(parts) + 2
+            elif node.kind == "prod":
+                for j, d in enumerate(inner):
+                    e = node.weights[j]
+                    count += int(abs(e)) + 2 + (800 if e.denominator > 1 else 0)
+                    passed += mul((d, d), absolute(self._cofactor(node, wide, j)))[1] if d else 0
+            elif node.name in ("min", "max"):
+                passed, count = max(inner), 0
+            elif node.kind == "fun":
+                slope = absolute(_slope(node.name, wide[0], _call(node.name, wide)))
+                passed = mul((inner[0], inner[0]), slope)[1] if inner[0] else 0
+                count = 800 if node.name.startswith(("root", "signed")) else 8
+            found.append(passed + _ceil_shift(2 * count * size, 53) + 1)
+        return found[-1]
+
+    def bound(self, box: Box) -> Bound:
+        """Bound the expression over a box from above.
+
+        Where a slope has one sign the maximum is on that face; over what remains also by the
+        mean value theorem around the middle (docs/theory.md section 6).
+        """
+        try:
+            value, slopes = self.gradient(box)
+        except UndecidedError:
+            middle = tuple(((lo + hi) >> 1,) * 2 for lo, hi in box)
+            cuts = sorted(range(len(box)), key=lambda j: box[j][0] - box[j][1])
+            wide = tuple(j for j in cuts if box[j][0] < box[j][1])
+            return Bound(self.value(box)[1], self.value(middle)[0], middle, box, wide)
+        face, centre = list(box), list(box)
+        open_: list[int] = []
+        for j, slope in slopes.items():
+            if slope[0] < 0 < slope[1] and box[j][0] < box[j][1]:
+                open_.append(j)
+                centre[j] = ((box[j][0] + box[j][1]) >> 1,) * 2
+            else:
+                face[j] = centre[j] = (box[j][slope[0] >= 0],) * 2
+        sample = reach = self.value(tuple(centre))
+        best = min(value[1], self.value(tuple(face))[1]) if face != list(box) else value[1]
+        for j in open_:
+            reach = add(reach, mul(slopes[j], sub(box[j], centre[j])))
+        # What matters most is cut first.
+        open_.sort(key=lambda j: (box[j][0] - box[j][1]) * (slopes[j][1] - slopes[j][0]))
+        return Bound(min(best, reach[1]), sample[0], tuple(centre), tuple(face), tuple(open_))
+
+
+def _accumulate(result: Gradient, slopes: Gradient, factor: Interval) -> None:
+    for j, slope in slopes.items():
+        result[j] = add(result.get(j, ZERO_I), mul(factor, slope))
+
+
+def _gradient_hull(gradients: Sequence[Gradient]) -> Gradient:
+    keys = sorted(set().union(*gradients))
+    result: Gradient = {}
+    for j in keys:
+        slopes = [g.get(j, ZERO_I) for g in gradients]
+        result[j] = (min(s[0] for s in slopes), max(s[1] for s in slopes))
+    return result
+
+
+def halves(box: Box, j: int) -> tuple[Box, Box]:
+    """Cut a box at the middle of dimension j; both parts contain the cut."""
+    lo, hi = box[j]
+    cut = (lo + hi) >> 1
+    return (*box[:j], (lo, cut), *box[j + 1 :]), (*box[:j], (cut, hi), *box[j + 1 :])
+
+
+def maximize(tape: Tape, box: Box, known: int | None, boxes: int) -> tuple[Interval, Box]:
+    """Enclose max(known, supremum) and name the best point: best first bisection.
+
+    It stops within 2^-33 of the largest size over the box, or when the boxes are used up; the
+    upper end is a bound at any time.
+    """
+    first = tape.bound(box)
+    point, best = first.point, first.sample if known is None else max(known, first.sample)
+    tolerance = max(absolute(tape.value(box))[1] >> 33, 1 << 20)
+    heap = [(-first.upper, 0, first)]
+    for count in range(1, 2 * boxes, 2):
+        top, _, whole = heap[0]
+        if -top <= best + tolerance or not whole.cuts:
+            break
+        heapq.heappop(heap)
+        for k, part in enumerate(halves(whole.face, whole.cuts[0])):
+            found = tape.bound(part)
+            if found.sample > best:
+                best, point = found.sample, found.point
+            heapq.heappush(heap, (-min(found.upper, -top), count + k, found))
+    return (best, max(best, -heap[0][0])), point
+
+
+def supremum(tape: Tape, box: Box, known: int | None = None, boxes: int = 1000) -> Interval:
+    """Enclose max(known, supremum) over a box."""
+    return maximize(tape, box, known, boxes)[0]
+
+
+Extremes = tuple[Interval, Interval]  # enclosures of the infimum and of the supremum
+
+
+def merge(a: Extremes, b: Extremes) -> Extremes:
+    """Return infimum and supremum over the union of two sets."""
+    low, high = (_call("min", (a[0], b[0])), _call("max", (a[1], b[1])))
+    return low, high
+
+
+def extremes(
+    node: Node, ranges: Mapping[str, Interval], known: Extremes | None = None, boxes: int = 1000
+) -> Extremes:
+    """Enclose infimum and supremum over the ranges, joined with what is known of other sets."""
+    names = sorted(symbols(node))
+    box = tuple(ranges[name] for name in names)
+    floor, ceiling = (-known[0][1], known[1][0]) if known else (None, None)
+    low = supremum(Tape(combine([(-1, node)]), names), box, floor, boxes)
+    high = supremum(Tape(node, names), box, ceiling, boxes)
+    found = neg(low), high
+    return merge(found, known) if known else found
+
+
+# ---------------------------------------------------------------------------------------------
+# 5. Plant: plant.json, every scalar as its source text, with the defaults of the plant file.
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """dx_i = f + g x_{i+1} + d; what the file does not give is None (g is 1 without any bound).
+
+    ``partial`` are the parts of all of them that may not be defined everywhere.
+    """
+
+    disturbance: Node
+    partial: tuple[Node, ...]
+    f: Node | None
+    g: Node | None
+    f_bound: Node | None
+    g_bound: Node | None
+    g_min: Node | None
+
+
+@dataclass(frozen=True, slots=True)
+class Rho:
+    """Performance function (52) or (53): node in t up to ``end`` (then 0; None: for ever)."""
+
+    node: Node
+    end: Interval | None
+    floor: Interval
+    rate: Interval
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """A plant file as the theorems need it."""
+
+    name: str
+    method: str
+    anchor: str
+    states: tuple[str, ...]
+    ranges: dict[str, Interval]
+    channels: tuple[Channel, ...]
+    reference: Node | None
+    reference_bounds: tuple[Interval, Interval] | None
+    starts: tuple[Interval, ...]
+    offset: Interval | None
+    accuracy: Interval
+    rhos: tuple[Rho, ...]
+    delta: tuple[Interval, ...]
+    period: Interval
+    delay: Interval
+    actuator_error: Interval
+    limit: Interval | None
+    fixed: tuple[tuple[str, Interval], ...]
+
+
+def fields(value: object, path: str, required: str, optional: str = "") -> dict[str, Any]:
+    """Return a mapping whose keys are all known and, where required, present."""
+    if not isinstance(value, Mapping):
+        raise MalformedError(f"{path}: a mapping is expected")
+    known = {*required.split(), *optional.split()}
+    for key in value:
+        if key not in known:
+            raise MalformedError(f"{path}: the key {key!r} is not known to this checker")
+    for key in required.split():
+        if key not in value:
+            raise MalformedError(f"{path}: the key {key!r} is missing")
+    return dict(value)
+
+
+def text_of(value: object, path: str) -> str:
+    """Return a scalar as its source text."""
+    if not isinstance(value, str):
+        raise MalformedError(f"{path}: a scalar as its source text is expected")
+    return value
+
+
+def constant(value: object, path: str) -> Interval:
+    """Enclose a number or a constant expression."""
+    return Tape(constant_node(value, path), ()).value(())
+
+
+def constant_node(value: object, path: str) -> Node:
+    """Read a number or a constant expression."""
+    try:
+        return parse(text_of(value, path), {})
+    except MalformedError as error:
+        raise MalformedError(f"{path}: {error}") from None
+
+
+def at_least(least: int, value: object, path: str) -> Interval:
+    """Enclose a constant that must not be below a number (in units of 2^-P)."""
+    result = constant(value, path)
+    if result[0] < least:
+        raise MalformedError(f"{path}: {value} is too small")
+    return result
+
+
+def interval_of(value: object, path: str) -> Interval:
+    """Read a number, or a range [lower, upper]; an empty range is refused."""
+    if not isinstance(value, Sequence) or isinstance(value, str):
+        return constant(value, path)
+    if len(value) != 2:
+        raise MalformedError(f"{path}: a range has two ends")
+    lo, hi = (constant(end, path) for end in value)
+    if lo[0] > hi[1]:
+        raise MalformedError(f"{path}: the range is empty")
+    return lo[0], hi[1]
+
+
+def each_state(
+    section: Mapping[str, Any], key: str, states: Sequence[str], default: Any
+) -> list[Any]:
+    """Return one entry per state, from one for all or from a mapping by states."""
+    value, path = section.get(key, default), key
+    if not isinstance(value, Mapping) or "kind" in value:
+        return [value] * len(states)
+    by_state = fields(value, path, "", " ".join(states))
+    return [by_state.get(state, default) for state in states]
+
+
+def read_plant(document: object) -> Problem:
+    """Read plant.json.
+
+    Raises
+    ------
+    MalformedError
+        If it is no plant, or asks for a promise that this checker cannot prove.
+    """
+    top = fields(document, "plant.json", "format plant_sha256 plant")
+    if top["format"] != PLANT_FORMAT:
+        raise MalformedError(f"plant.json: format {top['format']!r}, not {PLANT_FORMAT!r}")
+    plant = fields(
+        top["plant"],
+        "plant",
+        "name states dynamics initial performance",
+        "title units parameters reference measurement sampling actuator synthesis simulation",
+    )
+    states = _states(plant["states"])
+    synthesis = _synthesis(plant.get("synthesis", {}))
+    names, ranges = _parameters(plant.get("parameters", {}), states)
+    performance = fields(plant["performance"], "performance", "accuracy", "rho transition")
+    initial = fields(plant["initial"], "initial", " ".join(states), "offset")
+    reference, bounds = _reference(plant.get("reference", "0"))
+    sampling = fields(plant.get("sampling", {}), "sampling", "", "period delay")
+    actuator = fields(plant.get("actuator", {}), "actuator", "", "limit error")
+    offset = "offset" in initial and "offset" not in states
+    if offset and reference is not None:
+        raise MalformedError("initial.offset: only with a reference supplied at run time")
+    rhos = each_state(performance, "rho", states, {"kind": "cosine", "t_s": "1"})
+    problem = Problem(
+        name=_plant_name(plant["name"]),
+        method=synthesis["method"],
+        anchor=synthesis["anchor"],
+        states=states,
+        ranges=ranges,
+        channels=_channels(plant["dynamics"], states, names),
+        reference=reference,
+        reference_bounds=bounds,
+        starts=tuple(interval_of(initial[state], f"initial.{state}") for state in states),
+        offset=at_least(0, initial["offset"], "initial.offset") if offset else None,
+        accuracy=at_least(1, performance["accuracy"], "performance.accuracy"),
+        rhos=tuple(_rho(rho) for rho in rhos),
+        delta=_resolutions(plant.get("measurement", {}), states),
+        period=at_least(0, sampling.get("period", "0"), "sampling.period"),
+        delay=at_least(0, sampling.get("delay", "0"), "sampling.delay"),
+        actuator_error=at_least(0, actuator.get("error", "0"), "actuator.error"),
+        limit=at_least(1, actuator["limit"], "actuator.limit") if "limit" in actuator else None,
+        fixed=_fixed(synthesis, states),
+    )
+    timing = (problem.period, problem.delay, problem.actuator_error)
+    if problem.method == "theorem2" and any(a[1] for a in (*problem.delta, *timing)):
+        raise MalformedError("theorem2 needs exact, continuous measurement and actuation")
+    return problem
+
+
+def _plant_name(value: object) -> str:
+    """Read the name, which is also part of a path."""
+    if not re.fullmatch(r"[a-z][a-z0-9_]{0,23}", text_of(value, "name")):
+        raise MalformedError("name: [a-z][a-z0-9_]{0,23} is expected")
+    return str(value)
+
+
+def _states(value: object) -> tuple[str, ...]:
+    if not isinstance(value, Sequence) or isinstance(value, str) or not value:
+        raise MalformedError("states: a list of names is expected")
+    states = tuple(text_of(state, "states") for state in value)
+    for state in states:
+        _identifier(state, "states")
+    if len(set(states)) < len(states) or len(states) > 12:
+        raise MalformedError("states: at most 12, each once")
+    return states
+
+
+def _identifier(name: str, path: str) -> None:
+    reserved = ("t", "u", "y_d", "pi", "E", "Piecewise", "True", *FUNCTIONS, *_ALIASES)
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in (*reserved, "min", "max"):
+        raise MalformedError(f"{path}: {name!r} is not a name that may be given")
+
+
+def _synthesis(value: object) -> dict[str, Any]:
+    """Read the method; whatever this checker has no theorem for is refused."""
+    keys = "method form center bounds anchor objective gains p"
+    synthesis = fields(value, "synthesis", "", keys)
+    allowed = {
+        "method": ("unified", "theorem2"),
+        "form": ("sound",),
+        "center": ("performance",),
+        "bounds": ("termwise",),
+        "anchor": ("latched", "exact"),
+    }
+    for key, values in allowed.items():
+        synthesis[key] = text_of(synthesis.get(key, values[0]), f"synthesis.{key}")
+        if synthesis[key] not in values:
+            raise MalformedError(
+                f"synthesis.{key}: {synthesis[key]!r} is not available in this version"
+            )
+    return synthesis
+
+
+def _fixed(synthesis: Mapping[str, Any], states: Sequence[str]) -> tuple[tuple[str, Interval], ...]:
+    """Collect the numbers that the file fixes, as (design key, value); N defaults to 3."""
+    found: list[tuple[str, Interval]] = []
+    gains = fields(synthesis.get("gains", {}), "synthesis.gains", "", " ".join(states))
+    half_widths = fields(synthesis.get("p", {}), "synthesis.p", "", " ".join(states))
+    for i, state in enumerate(states):
+        given = fields(gains.get(state, {}), f"gains.{state}", "", "k M epsilon c N")
+        given.setdefault("N", "3")
+        found += [
+            (f"{key}_{i + 1}", constant(given[key], f"gains.{state}.{key}"))
+            for key in ("k", "M", "epsilon", "c", "N")
+            if key in given
+        ]
+        if state in half_widths:
+            found.append((f"p_{i + 1}", constant(half_widths[state], f"p.{state}")))
+    return tuple(found)
+
+
+def _parameters(
+    value: object, states: Sequence[str]
+) -> tuple[dict[str, Node], dict[str, Interval]]:
+    """Read parameters: exact ones are put into the expressions, ranges are variables."""
+    if not isinstance(value, Mapping):
+        raise MalformedError("parameters: a mapping is expected")
+    names: dict[str, Node] = {}
+    ranges: dict[str, Interval] = {}
+    for name, given in value.items():
+        _identifier(text_of(name, "parameters"), "parameters")
+        if name in states:
+            raise MalformedError(f"parameters.{name}: a state has this name")
+        if isinstance(given, str):
+            names[name] = constant_node(given, f"parameters.{name}")
+        else:
+            names[name], ranges[name] = sym(name), interval_of(given, f"parameters.{name}")
+    return names, ranges
+
+
+def _channels(
+    value: object, states: Sequence[str], names: Mapping[str, Node]
+) -> tuple[Channel, ...]:
+    dynamics = fields(value, "dynamics", " ".join(states))
+    known = dict(names)
+    channels: list[Channel] = []
+    for state in states:
+        known[state] = sym(state)
+        partial: list[Node] = []
+        path = f"dynamics.{state}"
+        given = fields(dynamics[state], path, "", "f g f_bound g_bound g_min disturbance")
+        nodes: dict[str, Node] = {}
+        for key, text in given.items():
+            try:
+                parser = Parser(text_of(text, f"{path}.{key}"), known)
+                nodes[key] = parser.parse()
+                partial += (node for node in parser.partial if symbols(node))
+            except MalformedError as error:
+                raise MalformedError(f"{path}.{key}: {error}") from None
+        if "f" not in nodes and "f_bound" not in nodes:
+            raise MalformedError(f"{path}: f or f_bound is needed")
+        if "g" not in nodes and ("g_bound" in nodes) != ("g_min" in nodes):
+            raise MalformedError(f"{path}: an unknown g needs both g_bound and g_min")
+        if "g" not in nodes and "g_bound" not in nodes:
+            nodes["g"] = UNIT
+        disturbance = nodes.get("disturbance", NOTHING)
+        channels.append(Channel(disturbance, tuple(partial), *map(nodes.get, _CHANNEL)))
+    return tuple(channels)
+
+
+_CHANNEL = ("f", "g", "f_bound", "g_bound", "g_min")
+
+
+def _reference(value: object) -> tuple[Node | None, tuple[Interval, Interval] | None]:
+    """Expression (and declared bounds, if any); None when it is supplied at run time."""
+    if isinstance(value, str):
+        return parse(value, {"t": sym("t")}), None
+    if isinstance(value, Mapping) and "bounds" in value:
+        given = fields(value, "reference", "bounds")["bounds"]
+        if not isinstance(given, Sequence) or isinstance(given, str) or len(given) < 2:
+            raise MalformedError("reference.bounds: at least two numbers are expected")
+        first, second = (at_least(0, bound, "reference.bounds") for bound in given[:2])
+        return None, (first, second)
+    given = fields(value, "reference", "value bound rate")
+    node = parse(text_of(given["value"], "reference.value"), {"t": sym("t")})
+    bound = at_least(0, given["bound"], "reference.bound")
+    return node, (bound, at_least(0, given["rate"], "reference.rate"))
+
+
+def _rho(value: object) -> Rho:
+    """(52): (1 + cos(t/t_s))/2 until pi t_s, then 0. (53): (1 - floor) e^(-rate t) + floor."""
+    given = fields(value, "rho", "kind", "t_s rate floor rate_bound")
+    t = sym("t")
+    if given["kind"] == "cosine":
+        given = fields(value, "rho", "kind", "t_s rate_bound")
+        t_s = constant_node(given.get("t_s", "1"), "rho.t_s")
+        length = at_least(1, given.get("t_s", "1"), "rho.t_s")
+        wave = function("cos", (multiply([(t, 1), (t_s, -1)]),))
+        node = combine([(Fraction(1, 2), UNIT), (Fraction(1, 2), wave)])
+        return Rho(node, mul(PI_I, length), ZERO_I, div(ONE_I, scale(Fraction(2), length)))
+    if given["kind"] != "exponential":
+        raise MalformedError(f"rho.kind: {given['kind']!r} is not known")
+    given = fields(value, "rho", "kind rate", "floor rate_bound")
+    rate = constant_node(given["rate"], "rho.rate")
+    floor = constant_node(given.get("floor", "0"), "rho.floor")
+    at_least(1, given["rate"], "rho.rate")
+    bottom = at_least(0, given.get("floor", "0"), "rho.floor")
+    if bottom[1] >= ONE:
+        raise MalformedError("rho.floor: it must be below 1")
+    decay = function("exp", (combine([(-1, multiply([(rate, 1), (t, 1)]))]),))
+    node = combine([(1, floor), (1, multiply([(minus(UNIT, floor), 1), (decay, 1)]))])
+    speed = mul(constant(given["rate"], "rho.rate"), sub(ONE_I, bottom))
+    return Rho(node, None, bottom, speed)
+
+
+def _resolutions(value: object, states: Sequence[str]) -> tuple[Interval, ...]:
+    """Bound |q(x) - x| plus noise for every state."""
+    measurement = fields(value, "measurement", "", "quantizer noise")
+    quantizers = each_state(measurement, "quantizer", states, {"kind": "none"})
+    noises = each_state(measurement, "noise", states, "0")
+    return tuple(
+        add(_quantization(quantizer), at_least(0, noise, "measurement.noise"))
+        for quantizer, noise in zip(quantizers, noises, strict=True)
+    )
+
+
+def _quantization(value: object) -> Interval:
+    keys = {
+        "none": ("", ""),
+        "uniform": ("step", "dead_zone"),
+        "hysteresis-uniform": ("step hysteresis", ""),
+        "logarithmic-uniform": ("minimum density threshold step", ""),
+    }
+    kind = fields(value, "quantizer", "kind", " ".join(" ".join(k) for k in keys.values()))["kind"]
+    if kind not in keys:
+        raise MalformedError(f"quantizer.kind: {kind!r} is not known")
+    given = fields(value, "quantizer", f"kind {keys[kind][0]}", keys[kind][1])
+    parts = {k: at_least(0, v, f"quantizer.{k}") for k, v in given.items() if k != "kind"}
+    half = scale(Fraction(1, 2), parts.get("step", ZERO_I))
+    if kind == "uniform":
+        return _call("max", (half, parts.get("dead_zone", ZERO_I)))
+    if kind == "hysteresis-uniform":
+        if parts["hysteresis"][0] > half[1]:
+            raise MalformedError("quantizer.hysteresis: it must not be above half the step")
+        return add(half, parts["hysteresis"])
+    if kind == "logarithmic-uniform":
+        if parts["density"][1] >= ONE or parts["minimum"][0] > parts["threshold"][1]:
+            raise MalformedError(
+                "quantizer: a density below 1, a minimum up to the threshold are needed"
+            )
+        widest = mul(parts["density"], parts["threshold"])
+        return _call("max", (parts["minimum"], widest, half))
+    return ZERO_I
+
+
+# ---------------------------------------------------------------------------------------------
+# 6. Reference: extremes of a signal over all t >= 0. A finite stretch is bisected. Beyond it
+# (t >= T) every t inside sin or cos of a t + b becomes a phase over one common period of the
+# frequencies with rational ratios, and every other part without a phase is written as
+# t^d v(t) E(t), v in an interval, 0 <= E(t) <= exp(-b t^m), and enclosed from that.
+
+
+@dataclass(frozen=True, slots=True)
+class Growth:
+    """t^degree v E for all t >= T; decay is (b, m) or None for E = 1."""
+
+    degree: Fraction
+    range: Interval
+    decay: tuple[int, Fraction] | None = None
+
+
+class Tail:
+    """Enclosures for all t >= T >= 1; ``ranges`` holds every other symbol."""
+
+    def __init__(self, start: int, ranges: Mapping[str, Interval]) -> None:
+        self.start: Interval = (start, start)
+        self.ranges = dict(ranges)
+
+    def _power(self, degree: Fraction) -> Interval:
+        return power(self.start, degree)
+
+    def settle(self, growth: Growth) -> Interval:
+        """Enclose a growth over all t >= T, or refuse it as unbounded."""
+        degree = growth.degree
+        if growth.decay is not None:
+            b, m = growth.decay
+            # t^d exp(-b t^m) decreases where t^m >= d / (b m).
+            if degree > 0 and mul(scale(m, (b, b)), self._power(m))[0] < degree * ONE:
+                raise UndecidedError("a decaying term has not begun to decay")
+            decayed = exp(neg(mul((b, b), self._power(m))))
+            return mul(growth.range, (0, mul(self._power(degree), decayed)[1]))
+        if degree > 0:
+            raise UndecidedError("unbounded for large t")
+        return growth.range if degree == 0 else mul(growth.range, (0, self._power(degree)[1]))
+
+    def growth(self, node: Node) -> Growth:
+        """How an expression without phases behaves."""
+        if "t" not in symbols(node):
+            names = sorted(symbols(node))
+            value = Tape(node, names).value(tuple(self.ranges[name] for name in names))
+            return Growth(Fraction(0), value)
+        if node.kind == "sym":
+            return Growth(Fraction(1), ONE_I)
+        parts = [self.growth(arg) for arg in node.args]
+        if node.kind == "sum":
+            parts = [Growth(Fraction(0), self.settle(p)) if p.decay else p for p in parts]
+            degree = max(p.degree for p in parts)
+            total = ZERO_I
+            for weight, part in zip(node.weights, parts, strict=True):
+                factor = ONE_I
+                if part.degree < degree:
+                    factor = (0, self._power(part.degree - degree)[1])
+                total = add(total, scale(weight, mul(part.range, factor)))
+            return Growth(degree, total)
+        if node.kind == "prod":
+            result = Growth(Fraction(0), ONE_I)
+            for part, e in zip(parts, node.weights, strict=True):
+                result = self._product(result, part, e)
+            return result
+        if node.kind != "fun" or node.name == "sign":
+            raise UndecidedError("an expression in t that may jump")
+        return self._function(node, parts)
+
+    def _product(self, a: Growth, b: Growth, e: Fraction) -> Growth:
+        if b.decay and e < 0:
+            raise UndecidedError("unbounded for large t")
+        decays = [
+            d for d in (a.decay, b.decay and (scale(e, (b.decay[0],) * 2)[0], b.decay[1])) if d
+        ]
+        decay = max(decays, key=lambda d: d[1]) if decays else None
+        ranges = mul(a.range, power(b.range, e))
+        if len(decays) == 2:
+            # Of two decays the faster one is kept; the other is a factor in [0, 1].
+            ranges = hull(ranges, ZERO_I)
+        return Growth(a.degree + e * b.degree, ranges, decay)
+
+    def _function(self, node: Node, parts: Sequence[Growth]) -> Growth:
+        a = parts[0]
+        unbounded = a.decay is None and a.degree > 0
+        if node.name == "exp" and unbounded and a.range[1] < 0:
+            return Growth(Fraction(0), (0, ONE), (-a.range[1], a.degree))
+        if node.name == "abs":
+            return Growth(a.degree, absolute(a.range), a.decay)
+        if node.name.startswith("root") and a.decay is None:
+            r = Fraction(1, int(node.name[4:]))
+            return Growth(a.degree * r, power(a.range, r))
+        if unbounded and node.name in ("sin", "cos"):
+            return Growth(Fraction(0), (-ONE, ONE))
+        if unbounded and node.name in ("tanh", "atan"):
+            limit = ONE if node.name == "tanh" else _ceil_shift(PI_I[1], 1)
+            least = mul(a.range, (self._power(a.degree)[0],) * 2)
+            ends = _call(node.name, (least,))
+            lo = ends[0] if a.range[0] >= 0 else -limit
+            return Growth(Fraction(0), (lo, ends[1] if a.range[1] <= 0 else limit))
+        return Growth(Fraction(0), _call(node.name, [self.settle(part) for part in parts]))
+
+    def _fresh(self, value: Interval) -> Node:
+        name = f"#{len(self.ranges)}"
+        self.ranges[name] = value
+        return sym(name)
+
+    def abstract(self, node: Node) -> Node:
+        """Replace every part without a phase by a symbol that ranges over its enclosure."""
+        names = symbols(node)
+        if "t" not in names:
+            return node
+        if not any(name.startswith("#p") for name in names):
+            return self._fresh(self.settle(self.growth(node)))
+        if node.kind in ("sum", "prod"):
+            pairs = list(zip(node.args, node.weights, strict=True))
+            plain = [(a, w) for a, w in pairs if not _has_phase(a)]
+            mixed = [(self.abstract(a), w) for a, w in pairs if _has_phase(a)]
+            if node.kind == "sum":
+                rest = self.abstract(combine((w, a) for a, w in plain))
+                return combine([(1, rest), *((w, a) for a, w in mixed)])
+            return multiply([(self.abstract(multiply(plain)), 1), *mixed])
+        if node.name in ("sin", "cos"):
+            return self._fresh((-ONE, ONE))
+        if node.kind != "fun" or node.name == "sign":
+            raise UndecidedError("an expression in t that may jump")
+        return function(node.name, [self.abstract(arg) for arg in node.args])
+
+
+def _has_phase(node: Node) -> bool:
+    return any(name.startswith("#p") for name in symbols(node))
+
+
+def _frequency(argument: Node) -> tuple[str, Fraction, Node, Node] | None:
+    """Write a t + b as (class, rational part of a, irrational part of a, b); else None."""
+    weights = argument.weights if argument.kind == "sum" else (Fraction(1),)
+    terms = argument.args if argument.kind == "sum" else (argument,)
+    pairs = list(zip(weights, terms, strict=True))
+    moving = [(w, a) for w, a in pairs if "t" in symbols(a)]
+    if len(moving) != 1:
+        return None
+    weight, core = moving[0]
+    rest = UNIT
+    if core.kind == "prod":
+        factors = list(zip(core.args, core.weights, strict=True))
+        if [e for a, e in factors if a.text == "t"] != [1]:
+            return None
+        rest = multiply([(a, e) for a, e in factors if a.text != "t"])
+    elif core.text != "t":
+        return None
+    if symbols(rest):
+        return None
+    return rest.text, weight, rest, combine((w, a) for w, a in pairs if "t" not in symbols(a))
+
+
+def _waves(node: Node) -> list[Node]:
+    found = [wave for arg in node.args for wave in _waves(arg)]
+    if node.name in ("sin", "cos") and _frequency(node.args[0]):
+        found.append(node)
+    return found
+
+
+def phases(node: Node) -> tuple[Node, dict[str, Interval]]:
+    """Replace a t + b inside sin and cos by phases, one for each class of frequencies.
+
+    Frequencies q K with one K and rational q have the common period 2 pi / (K g), g their
+    greatest common divisor: with theta = K g t in [0, 2 pi], q K t = (q/g) theta. Phases of
+    different classes are taken as independent, which only enlarges the set.
+    """
+    classes: dict[str, list[Fraction]] = {}
+    for wave in _waves(node):
+        found = _frequency(wave.args[0])
+        if found:
+            classes.setdefault(found[0], []).append(found[1])
+    kept = sorted(classes)[:3]
+    common = {}
+    for key in kept:
+        rates = classes[key]
+        bottom = math.lcm(*(q.denominator for q in rates))
+        common[key] = Fraction(math.gcd(*(int(q * bottom) for q in rates)), bottom)
+
+    def replace(part: Node) -> Node:
+        if part.name in ("sin", "cos"):
+            found = _frequency(part.args[0])
+            if found and found[0] in common:
+                key, rate, _, shift = found
+                phase = sym(f"#p{kept.index(key)}")
+                angle = combine([(rate / common[key], phase), (1, shift)])
+                return function(part.name, (angle,))
+        return rebuild(part, [replace(arg) for arg in part.args])
+
+    turn = (0, 2 * PI_I[1])
+    return replace(node), {f"#p{j}": turn for j in range(len(kept))}
+
+
+def over_time(node: Node, ranges: Mapping[str, Interval], start: int) -> Extremes:
+    """Enclose infimum and supremum of an expression in t over t >= start."""
+    if "t" not in symbols(node):
+        return extremes(node, ranges)
+    phased, turns = phases(node)
+    if "t" not in symbols(phased):
+        return extremes(phased, {**ranges, **turns})
+    found: Extremes | None = None
+    reason, right = "", max(ONE, 2 * start)
+    tape, names = Tape(node, ["t", *ranges]), list(ranges.values())
+    known = (tape.value(((start, start), *names)),) * 2
+    for _ in range(24):
+        for j in range(1, 17):
+            t = right - j * (right - start) // 32
+            known = merge(known, (tape.value(((t, t), *names)),) * 2)
+        try:
+            tail = Tail(right, {**ranges, **turns})
+            last, found = found, extremes(tail.abstract(phased), tail.ranges, known, 150)
+        except UndecidedError as error:
+            reason = str(error)
+        else:
+            # This tail is taken if it adds nothing to some samples, or the next one no change.
+            inside = known[0][0] <= found[0][0] and found[1][1] <= known[1][1]
+            width, tolerance = found[1][1] - found[0][0], max(-found[0][0], found[1][1]) >> 33
+            if inside or (last and last[1][1] - last[0][0] <= width + tolerance):
+                break
+        right *= 2
+    if found is None:
+        raise UndecidedError(f"the reference cannot be enclosed: {reason}")
+    return extremes(node, {**ranges, "t": (start, right)}, found)
+
+
+@dataclass(frozen=True, slots=True)
+class Center:
+    """r_1..r_n over all t and starts: enclosures of inf, sup and sup|dr|; a is the offset."""
+
+    low: tuple[Interval, ...]
+    high: tuple[Interval, ...]
+    rate: tuple[Interval, ...]
+    offset: Interval
+
+    def size(self, i: int) -> Interval:
+        """Return sup|r_i|."""
+        return _call("max", (neg(self.low[i]), self.high[i]))
+
+
+def performance_center(problem: Problem) -> Center:
+    """Enclose r_1 = y_d + rho_1 a and r_i = rho_i x_i(0) (docs/theory.md sections 2 and 3)."""
+    latched = problem.anchor == "latched"
+    widening = problem.delta if latched else tuple(ZERO_I for _ in problem.delta)
+    starts = [
+        (start[0] - delta[1], start[1] + delta[1])
+        for start, delta in zip(problem.starts, widening, strict=True)
+    ]
+    bounds = problem.reference_bounds
+    if problem.reference is not None:
+        y_0 = Tape(problem.reference, ("t",)).value((ZERO_I,))
+        offset = sub(starts[0], y_0)
+    elif problem.offset is not None:
+        reach = problem.offset[1] + widening[0][1]
+        offset = (-reach, reach)
+    else:
+        offset = sub(starts[0], (-bounds[0][1], bounds[0][1])) if bounds else starts[0]
+    rho = problem.rhos[0]
+    reference = problem.reference if problem.reference is not None else NOTHING
+    if bounds is not None:
+        largest = absolute(offset)
+        size = add(bounds[0], (largest[1], largest[1]))
+        low, high = neg(size), size
+        rate = add(bounds[1], mul(rho.rate, (largest[1], largest[1])))
+    else:
+        low, high = _joint(reference, rho.node, offset, rho.end)
+        slope = derivative(reference, "t")
+        ends = _joint(slope, derivative(rho.node, "t"), offset, rho.end)
+        rate = _call("max", (neg(ends[0]), ends[1]))
+    lows, highs, rates = [low], [high], [rate]
+    for start, other in zip(starts[1:], problem.rhos[1:], strict=True):
+        reach_i = mul(start, (other.floor[0], ONE))
+        most = absolute(start)[1]
+        lows.append((reach_i[0], reach_i[0]))
+        highs.append((reach_i[1], reach_i[1]))
+        rates.append(mul(other.rate, (most, most)))
+    return Center(tuple(lows), tuple(highs), tuple(rates), offset)
+
+
+def _joint(base: Node, fade: Node, offset: Interval, end: Interval | None) -> Extremes:
+    """Extremes of base + fade a over t >= 0 and a; from ``end`` on of base alone."""
+    joint = combine([(1, base), (1, multiply([(fade, 1), (sym("a"), 1)]))])
+    ranges = {"a": offset}
+    if end is None:
+        return over_time(joint, ranges, 0)
+    # The two stretches overlap by the width of the enclosure of pi t_s.
+    head = extremes(joint, {**ranges, "t": (0, end[1])})
+    return merge(head, over_time(base, {}, end[0]))
+
+
+# ---------------------------------------------------------------------------------------------
+# 7. Chain of bounds (docs/theory.md sections 2 and 3). Every constant is an interval: its upper
+# end (for g_min its lower end) is what the theorem uses and is rigorous.
+
+
+@dataclass(frozen=True, slots=True)
+class Gain:
+    """phi(e) = k e + M tanh(M e / epsilon) + c e^N, exact."""
+
+    k: Fraction
+    M: Fraction
+    epsilon: Fraction
+    c: Fraction
+    N: int
+
+    def phi(self, e: Interval) -> Interval:
+        """Range of phi: every term is nondecreasing."""
+        total = add(scale(self.k, e), scale(self.c, power(e, Fraction(self.N))))
+        if self.M:
+            total = add(total, scale(self.M, tanh(scale(self.M / self.epsilon, e))))
+        return total
+
+    def spread(self, p: Interval, eta: Interval) -> Interval:
+        """Lambda of section 3: sup |phi(e + d) - phi(e)| over |e| <= p, |d| <= eta."""
+        wide = power(add(p, eta), Fraction(self.N))
+        total = add(scale(self.k, eta), scale(self.c, sub(wide, power(p, Fraction(self.N)))))
+        if self.M:
+            half = tanh(scale(self.M / (2 * self.epsilon), eta))
+            total = add(total, scale(2 * self.M, half))
+        return total
+
+    def slope_at_most(self, p: Interval) -> Interval:
+        """L: sup phi' over [0, p], where phi'' changes sign at most once, from - to +."""
+        flat, curved = ZERO_I, scale(self.c * self.N, power(p, Fraction(self.N - 1)))
+        if self.M:
+            steep = self.M * self.M / self.epsilon
+            bent = tanh(scale(self.M / self.epsilon, p))
+            flat = from_fraction(steep)
+            curved = add(curved, scale(steep, sub(ONE_I, power(bent, Fraction(2)))))
+        return add(from_fraction(self.k), _call("max", (flat, curved)))
+
+    def coupled(self, p: Interval, load: Interval, gain: Interval, ahead: Interval) -> Interval:
+        """B: sup over 0 <= s <= p of phi'(s) (D + G (p_next + s_next + phi(s))).
+
+        The supremum grows with p, D, G and p_next + s_next: it is bisected at their upper ends,
+        and its lower end is scaled down by what their lower ends can change it.
+        """
+        s = sym("s")
+        slope: list[tuple[Fraction, Node]] = [(self.k, UNIT)]
+        value: list[tuple[Fraction, Node]] = [(self.k, s)]
+        if self.M:
+            bent = function("tanh", (combine([(self.M / self.epsilon, s)]),))
+            flat = minus(UNIT, multiply([(bent, 2)]))
+            slope.append((self.M * self.M / self.epsilon, flat))
+            value.append((self.M, bent))
+        slope.append((self.c * self.N, multiply([(s, self.N - 1)])))
+        value.append((self.c, multiply([(s, self.N)])))
+        pull = combine([(1, sym("ahead")), *value])
+        form = multiply(
+            [
+                (combine(slope), 1),
+                (combine([(1, sym("load")), (1, multiply([(sym("gain"), 1), (pull, 1)]))]), 1),
+            ]
+        )
+        tape = Tape(form, ("ahead", "gain", "load", "s"))
+        top = supremum(tape, ((ahead[1],) * 2, (gain[1],) * 2, (load[1],) * 2, (0, p[1])))
+        shrink = ONE
+        for part in (ahead, gain, load):
+            shrink = min(shrink, (part[0] << P) // part[1] if part[1] > 0 else ONE)
+        return mul((top[0], top[1]), (mul((shrink, shrink), (shrink, shrink))[0], ONE))
+
+
+def gain_of(values: Sequence[float | int | Fraction], path: str) -> Gain:
+    """Check (k, M, epsilon, c, N): phi must be odd, continuous and strictly increasing."""
+    k, M, epsilon, c = (Fraction(value) for value in values[:4])
+    N = int(values[4])
+    if min(k, M, c) < 0 or k + M + c == 0 or (M > 0 and epsilon <= 0):
+        raise MalformedError(f"{path}: k, M, c >= 0, not all 0, and epsilon > 0 are needed")
+    if N < 3 or N % 2 == 0 or N > 63:
+        raise MalformedError(f"{path}: N = {N} is no odd number from 3 to 63")
+    return Gain(k, M, epsilon if M > 0 else Fraction(1), c, N)
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """``node <= 0`` over a box: what a pointwise claim falls into.
+
+    ``plain`` is what must not be positive; ``node`` the same without a factor >= 0. ``signs``
+    says which state each "+" symbol stands for, and with which sign.
+    """
+
+    node: Node
+    plain: Node
+    ranges: tuple[tuple[str, Interval], ...]
+    signs: tuple[tuple[str, int], ...] = ()
+
+    def tape(self, node: Node) -> tuple[Tape, Box]:
+        """Return a compiled expression and its box."""
+        kept = [(name, interval) for name, interval in self.ranges if name in symbols(node)]
+        return Tape(node, [name for name, _ in kept]), tuple(interval for _, interval in kept)
+
+    def witness(self, boxes: int) -> dict[str, float] | None:
+        """Search a point where ``plain`` is certainly positive; names with their values."""
+        tape, box = self.tape(self.plain)
+        try:
+            found, point = maximize(tape, box, None, boxes)
+        except UndecidedError:
+            return None
+        if found[0] <= 0:
+            return None
+        signs = dict(self.signs)
+        names = [name for name, _ in self.ranges if name in symbols(self.plain)]
+        return {
+            name.lstrip("+"): signs.get(name, 1) * ((lo + hi) / (2 * ONE))
+            for name, (lo, hi) in zip(names, point, strict=True)
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """lhs > rhs, or lhs >= rhs where not strict."""
+
+    lhs: Interval
+    rhs: Interval
+    relation: str = ">"
+
+    def verdict(self) -> str:
+        """Judge by the ends that are apart; overlapping enclosures are undecided."""
+        if self.lhs[0] > self.rhs[1] or (self.relation == ">=" and self.lhs[0] == self.rhs[1]):
+            return "proved"
+        if self.lhs[1] < self.rhs[0] or (self.relation == ">" and self.lhs[1] == self.rhs[0]):
+            return "refuted"
+        return "undecided"
+
+
+@dataclass(frozen=True, slots=True)
+class Obligation:
+    """One claim that the certificate must contain.
+
+    ``comparisons`` must all hold; the first is the one that is reported. ``pointwise`` are
+    goals over the box, ``corner`` those of the weaker form, against the number that the chain
+    used: it is all that the theorem needs.
+    """
+
+    id: str
+    statement: str
+    uses: tuple[str, ...]
+    comparisons: tuple[Comparison, ...] = ()
+    pointwise: tuple[Goal, ...] = ()
+    corner: tuple[Goal, ...] = ()
+    proof: str = "eval"
+
+
+@dataclass(frozen=True, slots=True)
+class Obligations:
+    """Everything that must hold for these gains, and the constants it was made of.
+
+    ``claims`` are in the order in which a certificate must list them. ``alternative`` is U2'
+    in place of the claim U2 at the same place, if the method has it. ``box`` is the reachable
+    box; ``rounding`` bounds the rounding of each measured error and of u (the last entry).
+    """
+
+    problem: Problem
+    gains: tuple[Gain, ...]
+    half_widths: tuple[Fraction, ...]
+    center: Center
+    enclosures: dict[str, Interval]
+    claims: tuple[Obligation, ...]
+    alternative: Obligation | None
+    box: dict[str, Interval]
+    rounding: tuple[int, ...]
+    assumptions: tuple[str, ...]
+
+
+def rounding_errors(
+    problem: Problem, gains: Sequence[Gain], p: Sequence[Fraction], center: Center
+) -> tuple[int, ...]:
+    """Bound the rounding of each measured error and of u in binary64, for |ê_i| <= 2 p_i.
+
+    (U0 gives |ê_i| <= p_i + eta_i < 2 p_i inside Omega.) Each operation rounds by at most 2^-53
+    of its result, a library function by 4 ulp = 8 such units; counts below are rounded up
+    generously, which covers all terms of second order:
+
+    y_d(t): ``Tape.rounding`` over [0, 1], [1, 2], [2, 4] .. 1e6 s; the controller refuses
+    t - t_0 > 1e6 s, and t - t_0 itself is rounded once. rho: at most 3 roundings of an argument
+    y with |rho'(y) y| < 1.6, 8 for the function, 3 more: 32 cover it. r_1 = y_d + rho a with a
+    = x_1(0) - y_d(0). phi: k e one; M e / epsilon three, times y sech^2 y <= min(|y|, 1/2); tanh
+    8 (of at most min(|y|, 1)), a product 1; c e^N N; two additions.
+    """
+    unit = _ROUNDING
+    reference = at_zero = 0
+    if problem.reference is not None:
+        tape = Tape(problem.reference, ("t",))
+        at_zero = tape.rounding((ZERO_I,), (0,))
+        ends = [0, *(ONE << j for j in range(20)), 10**6 * ONE]
+        for left, right in itertools.pairwise(ends):
+            box = ((left, right),)
+            reference = max(reference, tape.rounding(box, (_ceil_shift(right, 53),)))
+    offset = absolute(center.offset)[1]
+    errors: list[int] = []
+    phi = phi_error = 0
+    for i, (gain, half_width) in enumerate(zip(gains, p, strict=True)):
+        size = scale(2 * half_width, ONE_I)
+        r = center.size(i)[1]
+        terms = 40 * (offset if i == 0 else r) + 4 * (r + offset * (i == 0) + size[1] + phi)
+        errors.append((reference + at_zero) * (i == 0) + phi_error + scale(unit, (0, terms))[1] + 1)
+        bend = min(scale(gain.M / gain.epsilon, size)[1], ONE)
+        parts = (
+            (6 * gain.k, size[1]),
+            (20 * gain.M, bend),
+            ((gain.N + 6) * gain.c, power(size, Fraction(gain.N))[1]),
+        )
+        phi_error = sum(scale(unit * weight, (0, part))[1] for weight, part in parts) + 1
+        phi = gain.phi(size)[1]
+    return (*errors, phi_error)
+
+
+def derive(
+    document: object, gains: Sequence[Sequence[Any]], half_widths: Sequence[Any]
+) -> Obligations:
+    """Derive every obligation from the plant, the gains and the tube.
+
+    Parameters
+    ----------
+    document : object
+        plant.json.
+    gains : Sequence[Sequence[Any]]
+        (k, M, epsilon, c, N) of phi_1..phi_n; binary64 numbers are taken exactly.
+    half_widths : Sequence[Any]
+        p_1..p_n.
+
+    Returns
+    -------
+    Obligations
+        Claims in order, constants, reachable box, assumptions.
+
+    Raises
+    ------
+    MalformedError
+        If the plant or the gains are none.
+    UndecidedError
+        If a bound meets a pole, a domain or a reference that cannot be enclosed.
+
+    References
+    ----------
+    docs/theory.md sections 1 to 3 and 6.
+    """
+    problem = read_plant(document)
+    n = len(problem.states)
+    if not len(gains) == len(half_widths) == n:
+        raise MalformedError(f"{n} gains and {n} half-widths are needed")
+    shapes = tuple(gain_of(g, f"gains[{i}]") for i, g in enumerate(gains))
+    p = tuple(Fraction(half_width) for half_width in half_widths)
+    if min(p) <= 0:
+        raise MalformedError("a half-width that is not positive")
+    return _Chain(problem, shapes, p).obligations()
+
+
+class _Chain:
+    """The recursion from X_1 to U, and the claims on its way."""
+
+    def __init__(
+        self, problem: Problem, gains: tuple[Gain, ...], half_widths: tuple[Fraction, ...]
+    ) -> None:
+        self.problem, self.gains, self.half_widths = problem, gains, half_widths
+        self.center = performance_center(problem)
+        self.unified = problem.method == "unified"
+        self.n = len(gains)
+        self.p = [from_fraction(width) for width in half_widths]
+        self.rounding = rounding_errors(problem, gains, half_widths, self.center)
+        self.table: dict[str, Interval] = {}
+        self.outer: dict[str, Interval] = dict(problem.ranges)
+        self.inner: dict[str, Interval] = dict(problem.ranges)
+        self.checks: list[Obligation] = []
+        self.steps: list[Obligation] = []
+
+    def _put(self, key: str, i: int, value: Interval) -> Interval:
+        self.table[f"{key}[{self.problem.states[i]}]"] = value
+        return value
+
+    def _get(self, key: str, i: int) -> Interval:
+        return self.table[f"{key}[{self.problem.states[i]}]"]
+
+    def _extension(self, node: Node, ranges: Mapping[str, Interval]) -> Interval:
+        names = sorted(symbols(node))
+        return Tape(node, names).value(tuple(ranges[name] for name in names))
+
+    def _majorant(self, node: Node) -> Interval:
+        """Sup of |node| as the natural interval extension over the reachable box gives it.
+
+        The extension over the smaller, inner box is below it and encloses it from there.
+        """
+        small, large = (self._extension(node, box) for box in (self.inner, self.outer))
+        return absolute(small)[1], absolute(large)[1]
+
+    def obligations(self) -> Obligations:
+        """Run the chain once from the first state to the last."""
+        for i in range(self.n):
+            try:
+                self._constants(i)
+                self._assumptions(i)
+            except UndecidedError as error:
+                state = self.problem.states[i]
+                raise UndecidedError(f"over the reachable box of {state}: {error}") from None
+        self._finish()
+        alternative = None
+        if self.unified:
+            for i in range(self.n):
+                self._step_unified(i)
+            alternative = self._last("U2'")
+            self.steps.append(self._last("U2"))
+        else:
+            for i in range(self.n):
+                self._step_theorem2(i)
+        claims = (*self._promises(), *self.checks, *self.steps)
+        return Obligations(
+            problem=self.problem,
+            gains=self.gains,
+            half_widths=self.half_widths,
+            center=self.center,
+            enclosures=self.table,
+            claims=(*claims, *self._limit()),
+            alternative=alternative,
+            box=self.outer,
+            rounding=self.rounding,
+            assumptions=_assumed(self.problem),
+        )
+
+    def _constants(self, i: int) -> None:
+        """X_i, A_i, L_i, W_i, G_i, g_min_i, D_i, B_i, F*_i, eta_i and Lambda_i."""
+        channel, gain, center = self.problem.channels[i], self.gains[i], self.center
+        state = self.problem.states[i]
+        xi = self.p[i] if i == 0 else add(self.p[i], self._get("A", i - 1))
+        low, high = center.low[i], center.high[i]
+        self.outer[state] = (low[0] - xi[1], high[1] + xi[1])
+        # The inner ends may pass each other by a few units of 2^-P where both are points.
+        inner = (low[1] - xi[0], high[0] + xi[0])
+        self.inner[state] = inner if inner[0] <= inner[1] else self.outer[state]
+        self._put("xi", i, xi)
+        self._put("X", i, add(center.size(i), xi))
+        self._put("r_lower", i, low)
+        self._put("r_upper", i, high)
+        self._put("A", i, gain.phi(self.p[i]))
+        self._put("L", i, gain.slope_at_most(self.p[i]))
+        for node in channel.partial:
+            self._extension(node, self.outer)
+        bounded = channel.f_bound if channel.f_bound is not None else channel.f
+        force = self._majorant(bounded if bounded is not None else NOTHING)
+        disturbance = self._majorant(channel.disturbance)
+        rate = self._put("rate", i, center.rate[i])
+        self._put("f_star", i, force)
+        load = self._put("W", i, add(add(force, disturbance), rate))
+        coupled = self._get("B", i - 1) if i else ZERO_I
+        load = self._put("D", i, add(load, coupled))
+        largest = channel.g_bound if channel.g_bound is not None else channel.g
+        self._put("G", i, self._majorant(largest if largest is not None else UNIT))
+        least = channel.g_min if channel.g_min is not None else channel.g
+        least = least if least is not None else UNIT
+        smallest = (self._extension(least, self.outer)[0], self._extension(least, self.inner)[0])
+        self._put("g_min", i, (smallest[0], max(smallest)))
+        ahead = ZERO_I
+        if i + 1 < self.n:
+            ahead = add(self.p[i + 1], self._put("s", i, center.size(i + 1)))
+        if smallest[0] > 0:
+            demand = add(div(load, self._get("g_min", i)), ahead)
+            self._put("F_star", i, demand)
+        if i + 1 < self.n:
+            self._put("B", i, gain.coupled(self.p[i], load, self._get("G", i), ahead))
+        inherited = ZERO_I if i == 0 else self._get("Lambda", i - 1)
+        factor = 2 if self.problem.anchor == "exact" else 1
+        measured = scale(Fraction(factor), self.problem.delta[i])
+        if self.unified:
+            measured = add(measured, (0, self.rounding[i]))
+        eta = self._put("eta", i, add(measured, inherited))
+        self._put("Lambda", i, gain.spread(self.p[i], eta))
+
+    def _assumptions(self, i: int) -> None:
+        """f_bound, g_min and g_bound of the file against its f and g, over the reachable box."""
+        channel, state = self.problem.channels[i], self.problem.states[i]
+        if channel.f is not None and channel.f_bound is not None:
+            pair = [
+                (channel.f, channel.f_bound),
+                (combine([(-1, channel.f)]), channel.f_bound),
+            ]
+            most = self._get("f_star", i)[1]
+            self._check("f_bound", i, f"|f| <= f_bound of {state}", pair, most)
+        positive = Comparison(self._get("g_min", i), ZERO_I)
+        pair = []
+        if channel.g is not None and channel.g_min is not None:
+            pair = [(channel.g_min, channel.g)]
+        least = self._get("g_min", i)[0]
+        self._check("g_min", i, f"g >= g_min > 0 of {state}", pair, -least, (positive,))
+        if channel.g is not None and channel.g_bound is not None:
+            most = self._get("G", i)[1]
+            statement = f"g <= g_bound of {state}"
+            self._check("g_bound", i, statement, [(channel.g, channel.g_bound)], most)
+
+    def _check(
+        self,
+        name: str,
+        i: int,
+        statement: str,
+        pairs: Sequence[tuple[Node, Node]],
+        number: int,
+        comparisons: tuple[Comparison, ...] = (),
+    ) -> None:
+        """Claim a <= b for pairs (a, b); the weaker form is against the number in W or F*."""
+        goals = [goal for a, b in pairs for goal in self._orthants(minus(a, b))]
+        weak: list[Goal] = []
+        bound = num(Fraction(number, ONE))
+        for a, b in pairs:
+            # For g_min the number is on the other side: -g <= -number.
+            node = combine([(-1, b)]) if name == "g_min" else a
+            weak.append(self._goal(minus(node, bound), {}, {}))
+        state = self.problem.states[i]
+        self.checks.append(
+            Obligation(f"{name}[{state}]", statement, (), comparisons, tuple(goals), tuple(weak))
+        )
+
+    def _goal(self, plain: Node, renamed: Mapping[str, Interval], signs: Mapping[str, int]) -> Goal:
+        ranges = {**self.outer, **renamed}
+        kept = tuple((name, ranges[name]) for name in sorted(symbols(plain)))
+        return Goal(without_common_power(plain), plain, kept, tuple(sorted(signs.items())))
+
+    def _orthants(self, node: Node) -> list[Goal]:
+        """One goal for each sign pattern of the states: with x = +-y, y >= 0, moduli vanish.
+
+        A common power of a y >= 0 is divided out; what remains is claimed for y = 0 too.
+        """
+        present = [name for name in self.problem.states if name in symbols(node)]
+        choices: list[list[tuple[int, Interval]]] = []
+        for name in present:
+            lo, hi = self.outer[name]
+            sides = [(1, (max(lo, 0), hi))] if hi >= 0 else []
+            choices.append(sides + ([(-1, (max(-hi, 0), -lo))] if lo < 0 else []))
+        if math.prod(map(len, choices)) > 64:
+            return [self._goal(node, {}, {})]
+        goals: list[Goal] = []
+        for pattern in itertools.product(*choices):
+            values = {
+                name: combine([(side, sym(f"+{name}"))])
+                for name, (side, _) in zip(present, pattern, strict=True)
+            }
+            renamed = {
+                f"+{name}": interval for name, (_, interval) in zip(present, pattern, strict=True)
+            }
+            signs = {f"+{name}": side for name, (side, _) in zip(present, pattern, strict=True)}
+            goal = self._goal(substitute(node, values), renamed, signs)
+            if goal.node.kind != "num" or goal.node.number > 0:
+                goals.append(goal)
+        return goals
+
+    def _finish(self) -> None:
+        """V_n, zeta, U and the right side of the last inequality (v = 0)."""
+        last = self.n - 1
+        gain, p, eta = self.gains[last], self.p[last], self._get("eta", last)
+        error = self.problem.actuator_error
+        error = add(error, (0, self.rounding[-1])) if self.unified else error
+        force = gain.phi(add(p, eta)) if self.unified else gain.phi(p)
+        self.table["delta_u"] = error
+        self.table["U"] = add(force, error)
+        speed = add(self._get("D", last), mul(self._get("G", last), self.table["U"]))
+        hold = add(self.problem.period, self.problem.delay)
+        self.table["hold"], self.table["V"] = hold, speed
+        self.table["zeta"] = add(eta, mul(hold, speed))
+
+    def _uses(self, i: int) -> tuple[str, ...]:
+        """Ids of the checks of the channels up to i, which W, G and g_min rest on."""
+        names = [f"[{state}]" for state in self.problem.states[: i + 1]]
+        return tuple(c.id for c in self.checks if c.id[c.id.index("[") :] in names)
+
+    def _demand(self, i: int) -> Interval:
+        """F*_i; without a positive g_min nothing suffices."""
+        return self.table.get(f"F_star[{self.problem.states[i]}]", (0, _LARGEST))
+
+    def _step_unified(self, i: int) -> None:
+        state = self.problem.states[i]
+        before = (f"U0[{self.problem.states[i - 1]}]",) if i else ()
+        room = Comparison(self.p[i], self._get("eta", i))
+        statement = f"p_{i + 1} > eta_{i + 1}"
+        self.steps.append(Obligation(f"U0[{state}]", statement, before, (room,)))
+        if i + 1 < self.n:
+            force = Comparison(self._get("A", i), self._demand(i))
+            statement = f"phi_{i + 1}(p_{i + 1}) > F*_{i + 1}"
+            uses = (*self._uses(i), f"U0[{state}]")
+            self.steps.append(Obligation(f"U1[{state}]", statement, uses, (force,)))
+
+    def _last(self, name: str) -> Obligation:
+        last, n = self.n - 1, self.n
+        gain, p, eta = self.gains[last], self.p[last], self._get("eta", last)
+        hold, error = self.table["hold"], self.table["delta_u"]
+        if name == "U2":
+            late, rest = self.table["zeta"], sub(p, self.table["zeta"])
+            statement = f"p_{n} > zeta and phi_{n}(p_{n} - zeta) > F*_{n} + delta_u"
+        else:
+            late = add(eta, scale(Fraction(2), mul(hold, self.table["V"])))
+            drift = add(self._get("D", last), mul(self._get("G", last), error))
+            rest = sub(sub(p, eta), mul(hold, drift))
+            statement = (
+                f"p_{n} > eta_{n} + 2 (h + tau) V and phi_{n}(p_{n} - eta_{n} - (h + tau) "
+                f"(D_{n} + G_{n} delta_u)) > F*_{n} + delta_u"
+            )
+        demand = add(self._demand(last), error)
+        main = Comparison(gain.phi(rest), demand)
+        state = self.problem.states[last]
+        uses = (*self._uses(last), f"U0[{state}]")
+        return Obligation(f"{name}[{state}]", statement, uses, (main, Comparison(p, late)))
+
+    def _step_theorem2(self, i: int) -> None:
+        """(65), (71): k p + M + c p^N > F* + 0.2785 eps/p, as |s| - s tanh(s/eps) < 0.2785 eps."""
+        state, gain, p = self.problem.states[i], self.gains[i], self.half_widths[i]
+        left = from_fraction(gain.k * p + gain.M + gain.c * p**gain.N)
+        extra = from_fraction(Fraction(2785, 10000) * gain.epsilon / p) if gain.M else ZERO_I
+        main = Comparison(left, add(self._demand(i), extra))
+        j = i + 1
+        statement = f"k p + M + c p^N > F*_{j} + 0.2785 eps/p, i = {j}"
+        self.steps.append(Obligation(f"T2[{state}]", statement, self._uses(i), (main,)))
+
+    def _promises(self) -> list[Obligation]:
+        """Claim what the file asks of the design: accuracy, and the numbers that it fixes."""
+        asked = self.problem.accuracy
+        # The promise is made for the binary64 number nearest to the file's decimal.
+        nearest = from_fraction(Fraction((asked[0] + asked[1]) / (2 * ONE)))
+        comparison = Comparison((max(asked[0], nearest[1]),) * 2, self.p[0], ">=")
+        claims = [
+            Obligation(
+                "accuracy", "p_1 <= performance.accuracy", (), (comparison,), proof="rational"
+            )
+        ]
+        held: list[Comparison] = []
+        for key, value in self.problem.fixed:
+            name, _, index = key.rpartition("_")
+            gain = self.gains[int(index) - 1]
+            own = getattr(gain, name) if name != "p" else self.half_widths[int(index) - 1]
+            if name == "epsilon" and not gain.M:
+                continue
+            distance = absolute(sub(from_fraction(Fraction(own)), value))
+            allowed = scale(Fraction(1, 1 << 50), absolute(value))
+            held.append(Comparison(allowed, (distance[1],) * 2, ">="))
+        if held:
+            statement = "the numbers that synthesis fixes are kept"
+            claims.append(Obligation("fixed", statement, (), tuple(held), proof="rational"))
+        return claims
+
+    def _limit(self) -> list[Obligation]:
+        if self.problem.limit is None:
+            return []
+        comparison = Comparison(self.problem.limit, self.table["U"], ">=")
+        uses = tuple(step.id for step in self.steps if step.id.startswith("U0"))
+        return [Obligation("limit", "U <= actuator.limit", uses, (comparison,))]
+
+
+def without_common_power(node: Node) -> Node:
+    """Divide a sum by the largest power of every y >= 0 that all its terms contain."""
+    if node.kind == "prod":
+        node = combine([(2, node)])  # a sum with one term
+    if node.kind != "sum":
+        return node
+    while True:
+        factors = [
+            dict(zip((b.text for b in a.args), a.weights, strict=True))
+            if a.kind == "prod"
+            else {a.text: Fraction(1)}
+            for a in node.args
+        ]
+        common = [
+            name
+            for name in sorted(symbols(node))
+            if name.startswith("+") and all(f.get(name, 0) > 0 for f in factors)
+        ]
+        if not common:
+            return node
+        name = common[0]
+        least = min(f[name] for f in factors)
+        terms = []
+        for weight, a in zip(node.weights, node.args, strict=True):
+            pairs = zip(a.args, a.weights, strict=True) if a.kind == "prod" else [(a, Fraction(1))]
+            left = [(b, e - least if b.text == name else e) for b, e in pairs]
+            terms.append((weight, multiply(left)))
+        node = combine(terms)
+        if node.kind != "sum":
+            return node
+
+
+def _assumed(problem: Problem) -> tuple[str, ...]:
+    """List what no computation can prove; printed at the end of every verification."""
+    lines = [
+        "the plant is as declared: f, g, their bounds, disturbances, parameters, initial states",
+        "measurement and actuation are as declared: quantizer, noise, period, delay, error",
+        "binary64 is IEEE 754; tanh, sin, cos, exp, log of the libm (and others) keep to 4 ulp",
+        "the theorem itself (docs/theory.md) and this file",
+    ]
+    if problem.reference_bounds is not None:
+        bound, rate = (to_doubles(b)[1] for b in problem.reference_bounds)
+        lines.append(
+            f"the reference obeys its declared bounds: |y_d| <= {bound!r}, |dy_d| <= {rate!r}"
+        )
+    else:
+        lines.append("a reference passed to the controller is the declared expression")
+    for channel, state in zip(problem.channels, problem.states, strict=True):
+        if channel.f is None:
+            lines.append(
+                f"|f| of {state} stays below its f_bound (no f is declared to compare with)"
+            )
+        if channel.g is None:
+            lines.append(f"g of {state} stays between g_min and g_bound (no g is declared)")
+    if problem.method == "theorem2":
+        lines.append("the rounding of the controller's own arithmetic is neglected (theorem2)")
+        lines.append("measurement and actuation are exact and continuous (theorem2)")
+    return tuple(lines)
+
+
+# ---------------------------------------------------------------------------------------------
+# 8. Verification: every obligation against its claim.
+
+THEOREMS = {
+    "unified": "Theorem U (docs/theory.md section 3)",
+    "theorem2": "Theorem 2, sound form (docs/theory.md section 2)",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """The answer to one claim; lhs and rhs are doubles rounded outward."""
+
+    id: str
+    statement: str
+    verdict: str
+    proof: str = ""
+    lhs: tuple[float, float] | None = None
+    rhs: tuple[float, float] | None = None
+    detail: str = ""
+    witness: tuple[tuple[str, float], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """The answer: proved, refuted, undecided or malformed."""
+
+    verdict: str
+    claims: tuple[Result, ...] = ()
+    failures: tuple[str, ...] = ()
+    assumptions: tuple[str, ...] = ()
+    enclosures: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    tests: tuple[str, ...] = ()
+
+    @property
+    def exit_code(self) -> int:
+        """0 proved, 4 refuted or undecided, 2 malformed."""
+        return {"proved": 0, "malformed": 2}.get(self.verdict, 4)
+
+    def document(self) -> dict[str, Any]:
+        """Return the report as JSON data."""
+        return {
+            "format": REPORT_FORMAT,
+            "verdict": self.verdict,
+            "claims": [
+                {
+                    "id": claim.id,
+                    "statement": claim.statement,
+                    "verdict": claim.verdict,
+                    "proof": claim.proof,
+                    "lhs": claim.lhs,
+                    "rhs": claim.rhs,
+                    "detail": claim.detail,
+                    "witness": dict(claim.witness),
+                }
+                for claim in self.claims
+            ],
+            "failures": list(self.failures),
+            "tests": list(self.tests),
+            "assumptions": list(self.assumptions),
+        }
+
+
+def hex_pair(a: Interval) -> list[str]:
+    """Return an enclosure as a certificate writes it."""
+    return [end.hex() for end in to_doubles(a)]
+
+
+def read_double(value: object, path: str) -> float:
+    """Read a binary64 number in hexadecimal, in the one spelling that float.hex writes."""
+    text = text_of(value, path)
+    try:
+        number = float.fromhex(text)
+    except (ValueError, OverflowError):
+        raise MalformedError(f"{path}: {text[:40]!r} is no hexadecimal binary64 number") from None
+    if not math.isfinite(number) or number.hex() != text:
+        raise MalformedError(f"{path}: {text[:40]!r} is no finite number as float.hex writes it")
+    return number
+
+
+@dataclass(frozen=True, slots=True)
+class Design:
+    """What the certificate is about: the numbers that the controller contains."""
+
+    gains: tuple[tuple[float, float, float, float, int], ...]
+    p: tuple[float, ...]
+    u_max: float
+
+    def constants(self) -> dict[str, float | int]:
+        """Return the numbers by the names that the controllers give them."""
+        found: dict[str, float | int] = {}
+        for i, (gain, p) in enumerate(zip(self.gains, self.p, strict=True), start=1):
+            names = ("k", "M", "epsilon", "c", "N")
+            found |= {f"{name}_{i}": value for name, value in zip(names, gain, strict=True)}
+            found[f"p_{i}"] = p
+        return {**found, "U_MAX": self.u_max}
+
+
+def _items(value: object, path: str, most: int) -> list[Any]:
+    if not isinstance(value, (list, tuple)) or len(value) > most:
+        raise MalformedError(f"{path}: a list of at most {most} entries is expected")
+    return list(value)
+
+
+def read_design(value: object) -> Design:
+    """Read gains, tube and clamp."""
+    design = fields(value, "design", "p gains U_MAX")
+    gains: list[tuple[float, float, float, float, int]] = []
+    for i, given in enumerate(_items(design["gains"], "design.gains", 12)):
+        path = f"design.gains[{i}]"
+        gain = fields(given, path, "k M epsilon c N")
+        if type(gain["N"]) is not int:
+            raise MalformedError(f"{path}.N: an integer is expected")
+        k, M, epsilon, c = (read_double(gain[key], path) for key in ("k", "M", "epsilon", "c"))
+        gains.append((k, M, epsilon, c, gain["N"]))
+    p = tuple(read_double(item, "design.p") for item in _items(design["p"], "design.p", 12))
+    return Design(tuple(gains), p, read_double(design["U_MAX"], "design.U_MAX"))
+
+
+def check_documents(plant: object, certificate: object) -> Report:
+    """Verify a certificate against a plant; no file is read.
+
+    Parameters
+    ----------
+    plant, certificate : object
+        Contents of plant.json and certificate.json.
+
+    Returns
+    -------
+    Report
+        "proved" only if every derived obligation is claimed and its proof holds.
+    """
+    return _answer(lambda: _checked_documents(plant, certificate)[0])
+
+
+def _answer(verify: Callable[[], Report]) -> Report:
+    try:
+        return verify()
+    except UndecidedError as error:
+        return Report("undecided", failures=(str(error),))
+    except MalformedError as error:
+        return Report("malformed", failures=(str(error),))
+    except Exception as error:  # noqa: BLE001 (whatever it is, it is no proof)
+        return Report("malformed", failures=(f"{type(error).__name__}: {error}",))
+
+
+def _checked_documents(plant: object, certificate: object) -> tuple[Report, Obligations, Design]:
+    keys = "format tool plant_sha256 theorem design enclosures claims"
+    top = fields(certificate, "certificate.json", keys)
+    if top["format"] != CERTIFICATE_FORMAT:
+        raise MalformedError(f"certificate.json: format {top['format']!r}")
+    text_of(top["tool"], "tool")
+    design = read_design(top["design"])
+    obligations = derive(plant, design.gains, design.p)
+    if not isinstance(plant, Mapping) or top["plant_sha256"] != plant["plant_sha256"]:
+        raise MalformedError("plant_sha256: the certificate is about another plant file")
+    if top["theorem"] != THEOREMS[obligations.problem.method]:
+        raise MalformedError("theorem: not the one that the plant file asks for")
+    claims = _claims(top["claims"])
+    expected = expected_claims(obligations, list(claims))
+    _check_structure(claims, expected)
+    results = [
+        check_claim(obligation, claims[obligation.id]["proof"])
+        if obligation.id in claims
+        else Result(obligation.id, obligation.statement, "undecided", detail="no proof is given")
+        for obligation in expected
+    ]
+    peak, clamp = obligations.enclosures["U"][1], Fraction(design.u_max) * ONE
+    if not peak <= clamp <= peak * Fraction(1 + 2**-30):
+        raise MalformedError("design.U_MAX: not the peak input U rounded up")
+    report = _report(results, obligations)
+    if report.verdict == "proved":
+        _compare_enclosures(top["enclosures"], obligations, claims, expected)
+    return report, obligations, design
+
+
+def _claims(value: object) -> dict[str, dict[str, Any]]:
+    claims: dict[str, dict[str, Any]] = {}
+    for j, given in enumerate(_items(value, "claims", 200)):
+        claim = fields(given, f"claims[{j}]", "id uses proof", "lhs rhs")
+        name = text_of(claim["id"], f"claims[{j}].id")
+        if name in claims:
+            raise MalformedError(f"claims[{j}]: {name} is claimed twice")
+        claims[name] = claim
+    return claims
+
+
+def expected_claims(obligations: Obligations, names: Sequence[str]) -> list[Obligation]:
+    """Return the obligations, with U2' in place of U2 where that is what is claimed."""
+    other = obligations.alternative
+    if other is None or other.id not in names:
+        return list(obligations.claims)
+    return [
+        other if claim.id == other.id.replace("'", "") else claim for claim in obligations.claims
+    ]
+
+
+def _check_structure(claims: Mapping[str, Mapping[str, Any]], expected: list[Obligation]) -> None:
+    by_id = {obligation.id: obligation for obligation in expected}
+    seen: list[str] = []
+    for name, claim in claims.items():
+        if name not in by_id:
+            raise MalformedError(f"claims: {name} is not an obligation of this plant")
+        uses = [text_of(use, f"{name}.uses") for use in _items(claim["uses"], name, 200)]
+        late = [use for use in uses if use in claims and use not in seen]
+        if late:
+            raise MalformedError(f"claims: {name} uses {late[0]}, which is not before it")
+        if tuple(uses) != by_id[name].uses:
+            raise MalformedError(f"claims: {name} rests on {', '.join(by_id[name].uses) or 'none'}")
+        seen.append(name)
+
+
+def _compare_enclosures(
+    stated: object,
+    obligations: Obligations,
+    claims: Mapping[str, Mapping[str, Any]],
+    expected: Sequence[Obligation],
+) -> None:
+    """Compare the informative numbers; integer arithmetic leaves no room for a difference."""
+    found = {key: hex_pair(value) for key, value in obligations.enclosures.items()}
+    listed = fields(stated, "enclosures", " ".join(found))
+    for key, pair in found.items():
+        if listed[key] != pair:
+            raise MalformedError(f"enclosures: {key} is stated as {listed[key]}, computed {pair}")
+    for obligation in expected:
+        claim = claims[obligation.id]
+        for side in ("lhs", "rhs"):
+            computed = None
+            if obligation.comparisons:
+                computed = hex_pair(getattr(obligation.comparisons[0], side))
+            if claim.get(side) != computed:
+                raise MalformedError(
+                    f"claims: {side} of {obligation.id} is stated as {claim.get(side)}, "
+                    f"computed {computed}"
+                )
+
+
+def _report(results: Sequence[Result], obligations: Obligations) -> Report:
+    verdicts = {result.verdict for result in results}
+    verdict = next((v for v in ("refuted", "undecided") if v in verdicts), "proved")
+    failures = tuple(
+        f"{result.id}: {result.verdict}: {result.statement}"
+        + (f" ({result.detail})" if result.detail else "")
+        for result in results
+        if result.verdict != "proved"
+    )
+    doubles = {key: to_doubles(value) for key, value in obligations.enclosures.items()}
+    return Report(verdict, tuple(results), failures, obligations.assumptions, doubles)
+
+
+def check_claim(obligation: Obligation, proof: object) -> Result:
+    """Check one proof: comparisons by their enclosures, goals by the trees that are hinted."""
+    hint = fields(proof, f"{obligation.id}.proof", "kind", "trees")
+    kind = hint["kind"]
+    allowed = {obligation.proof} | ({"bisect", "corner"} if obligation.pointwise else set())
+    if kind not in allowed or ("trees" in hint) == (kind in ("eval", "rational")):
+        raise MalformedError(f"{obligation.id}: a proof by {kind!r} with these fields")
+    first = obligation.comparisons[0] if obligation.comparisons else None
+    lhs, rhs = (to_doubles(first.lhs), to_doubles(first.rhs)) if first else (None, None)
+    verdicts = [comparison.verdict() for comparison in obligation.comparisons]
+    verdict = next((v for v in ("refuted", "undecided") if v in verdicts), "proved")
+    detail, witness = "", None
+    if verdict != "proved" and first:
+        detail = f"{lhs} {first.relation} {rhs} does not hold"
+    elif obligation.pointwise:
+        verdict, detail, witness = _check_goals(obligation, kind, hint.get("trees"))
+    point = tuple(sorted(witness.items())) if witness else ()
+    return Result(obligation.id, obligation.statement, verdict, kind, lhs, rhs, detail, point)
+
+
+def _check_goals(
+    obligation: Obligation, kind: str, trees: object
+) -> tuple[str, str, dict[str, float] | None]:
+    goals = obligation.corner if kind == "corner" else obligation.pointwise
+    hints = [[-1]] * len(goals) if trees is None else _items(trees, "trees", len(goals))
+    if len(hints) != len(goals):
+        raise MalformedError(f"{obligation.id}: {len(goals)} trees are needed")
+    held = all(check_tree(goal, tree) for goal, tree in zip(goals, hints, strict=True))
+    if held and kind != "corner":
+        return "proved", "", None
+    # The weaker form must not hide that the declared bound is false.
+    for goal in obligation.pointwise:
+        witness = goal.witness(40 if held else 200)
+        if witness is not None:
+            shown = ", ".join(f"{name} = {value!r}" for name, value in sorted(witness.items()))
+            return "refuted", f"false at {shown}", witness
+    if held:
+        return "proved", "in the weaker form: against the number that the chain used", None
+    return "undecided", "the hinted subdivision does not prove it", None
+
+
+def check_tree(goal: Goal, tree: object) -> bool:
+    """Walk a bisection tree in pre-order: a dimension to cut at the middle, or -1 for a leaf."""
+    tape, box = goal.tape(goal.node)
+    stack, held = [box], True
+    for entry in _items(tree, "trees", 4_000):
+        if not stack:
+            raise MalformedError("trees: entries are left over")
+        part = stack.pop()
+        if type(entry) is not int or not -1 <= entry < len(box):
+            raise MalformedError("trees: an entry that is neither a dimension nor -1")
+        if entry == -1:
+            held = held and tape.bound(part).upper <= 0
+        else:
+            stack += reversed(halves(part, entry))
+    if stack:
+        raise MalformedError("trees: a part of the box is not covered")
+    return held
+
+
+# ---------------------------------------------------------------------------------------------
+# 9. Folder: the files around the two documents.
+
+_LONGEST_FILE = 4_000_000
+
+
+def _read(path: Path) -> bytes:
+    try:
+        data = path.read_bytes()
+    except OSError:
+        raise MalformedError(f"{path.name}: cannot be read") from None
+    if len(data) > _LONGEST_FILE:
+        raise MalformedError(f"{path.name}: larger than any file of a generated folder")
+    return data
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise MalformedError("JSON: a key is given twice")
+    return found
+
+
+def _no_float(text: str) -> Any:
+    raise MalformedError(f"JSON: the decimal number {text}; numbers are texts here")
+
+
+def read_json(path: Path) -> Any:
+    """Read JSON without decimal numbers, NaN or repeated keys."""
+    try:
+        return json.loads(
+            _read(path).decode("utf-8"),
+            object_pairs_hook=_unique,
+            parse_float=_no_float,
+            parse_constant=_no_float,
+        )
+    except (ValueError, RecursionError):
+        raise MalformedError(f"{path.name}: not JSON") from None
+
+
+def verify_folder(folder: Path) -> Report:
+    """Verify a generated folder: hashes, certificate, constants and law of the controllers.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder; its controller.py is screened, imported and run.
+
+    Returns
+    -------
+    Report
+        As ``check_documents``, with one line in ``tests`` for each further check.
+    """
+    return _answer(lambda: _verified_folder(folder))
+
+
+def _verified_folder(folder: Path) -> Report:
+    manifest = fields(
+        read_json(folder / "manifest.json"), "manifest.json", "format name status files"
+    )
+    plant = read_json(folder / "plant.json")
+    report, obligations, design = _checked_documents(plant, read_json(folder / "certificate.json"))
+    if hashlib.sha256(_read(folder / "plant.yaml")).hexdigest() != plant["plant_sha256"]:
+        raise MalformedError("plant.yaml: not the file that plant.json was made from")
+    name = obligations.problem.name
+    sources = ("controller.py", f"c/src/{name}.c")
+    _check_manifest(
+        folder, manifest, name, ("plant.yaml", "plant.json", "certificate.json", *sources)
+    )
+    limits = screening_limits(obligations)
+    for source in sources:
+        text = _read(folder / source).decode("utf-8", "replace")
+        _check_constants(source, text, name, design)
+        _check_screening(source, text, name, limits)
+    tests = [
+        f"manifest: {len(manifest['files'])} files have the hashes that it lists",
+        "constants: controller.py and the C source contain the certified binary64 numbers",
+    ]
+    if report.verdict != "proved":
+        return report
+    text = _read(folder / "controller.py").decode("utf-8", "replace")
+    screen(text, [*design.constants(), *limits])
+    count = check_controller(folder / "controller.py", obligations, design)
+    tests.append(f"law: controller.py gave {count} commands, each inside its enclosure")
+    return Report(
+        report.verdict,
+        report.claims,
+        report.failures,
+        report.assumptions,
+        report.enclosures,
+        tuple(tests),
+    )
+
+
+def _check_manifest(
+    folder: Path, manifest: Mapping[str, Any], name: str, needed: Sequence[str]
+) -> None:
+    listed = manifest["files"]
+    if manifest["name"] != name or not isinstance(listed, Mapping):
+        raise MalformedError("manifest.json: another plant, or no list of files")
+    for path in needed:
+        if path not in listed:
+            raise MalformedError(f"manifest.json: {path} is not listed")
+    for path, digest in sorted(listed.items()):
+        parts = Path(path).parts
+        if Path(path).is_absolute() or ".." in parts or not parts:
+            raise MalformedError(f"manifest.json: the path {path!r} leaves the folder")
+        if hashlib.sha256(_read(folder / path)).hexdigest() != digest:
+            raise MalformedError(f"{path}: changed after the folder was made")
+
+
+def _check_constants(path: str, source: str, name: str, design: Design) -> None:
+    """Read the marked constants back: each certified number once, nothing else between."""
+    lines = [line.strip() for line in source.splitlines()]
+    starts = [j for j, line in enumerate(lines) if "CERTIFIED CONSTANTS BEGIN" in line]
+    ends = [j for j, line in enumerate(lines) if "CERTIFIED CONSTANTS END" in line]
+    if len(starts) != 1 or len(ends) != 1 or ends[0] < starts[0]:
+        raise MalformedError(f"{path}: no block of certified constants")
+    wanted = design.constants()
+    form = r"(\w+) = (\S+)"
+    if path.endswith(".c"):
+        form = rf"(?:/\* |static const {name}_real ){name}_(\w+) = (\S+);(?: \*/)?"
+    found: dict[str, str] = {}
+    for line in filter(None, lines[starts[0] + 1 : ends[0]]):
+        match = re.fullmatch(form, line)
+        if not match or match.group(1) in found:
+            raise MalformedError(f"{path}: {line[:60]!r} among the certified constants")
+        key = match.group(1)
+        # What the law does not use (an exponent, a gain of 0) may stand in a comment.
+        if line.startswith("/*") and not (key[0] == "N" or _unused(key, wanted)):
+            raise MalformedError(f"{path}: {key} stands in a comment only")
+        found[key] = match.group(2)
+    rest = "\n".join([*lines[: starts[0]], *lines[ends[0] :]])
+    for key in wanted:
+        again = rf"\b{name}_{key}\s*=[^=]|#\s*\w+\s+{name}_{key}\b"
+        if path.endswith(".c") and re.search(again, rest):
+            raise MalformedError(f"{path}: {key} is defined once more")
+    for key in sorted(wanted.keys() | found.keys()):
+        if key not in found or key not in wanted:
+            raise MalformedError(f"{path}: {key} is not among both certified and emitted constants")
+        if _literal(found[key]) != Fraction(wanted[key]):
+            raise MalformedError(f"{path}: {key} = {found[key]}, certified {wanted[key]!r}")
+
+
+def screening_limits(obligations: Obligations) -> dict[str, int]:
+    """Return what the controllers must accept at least: every sample that Omega allows."""
+    problem = obligations.problem
+    if problem.reference is None and problem.reference_bounds is not None:
+        largest = problem.reference_bounds[0][1]
+    else:
+        low, high = over_time(problem.reference or NOTHING, {}, 0)
+        largest = max(-low[0], high[1])
+    limits = {"y_d_limit": largest, "elapsed_limit": 10**6 * ONE}
+    for i, state in enumerate(problem.states):
+        limits[f"x_limit_{i + 1}"] = obligations.enclosures[f"X[{state}]"][1] + problem.delta[i][1]
+    return limits
+
+
+def _check_screening(path: str, source: str, name: str, limits: Mapping[str, int]) -> None:
+    prefix = f"{name}_" if path.endswith(".c") else ""
+    for key, least in limits.items():
+        found = re.findall(
+            rf"^(?:static const \w+ )?{prefix}{key} = ([^;\s]+);?$", source, re.MULTILINE
+        )
+        value = _literal(found[0]) if len(found) == 1 else None
+        if value is None or value * ONE < least:
+            raise MalformedError(f"{path}: {key} turns away samples that the theorem needs")
+
+
+def _unused(key: str, wanted: Mapping[str, float | int]) -> bool:
+    return wanted.get(key.replace("epsilon", "M")) == 0
+
+
+def _literal(text: str) -> Fraction | None:
+    """Value of a decimal or hexadecimal floating literal as a compiler reads it."""
+    decimal = r"[0-9]+(\.[0-9]*)?([eE][-+]?[0-9]{1,4})?"
+    try:
+        if re.fullmatch(decimal, text):
+            return Fraction(float(text))
+        if re.fullmatch(r"0x[0-9a-f.]+p[-+][0-9]{1,4}", text):
+            return Fraction(float.fromhex(text))
+    except (ValueError, OverflowError):
+        return None
+    return None
+
+
+_IMPORTED = {
+    "__future__": {"annotations"},
+    "enum": {"IntEnum"},
+    "typing": {"TYPE_CHECKING"},
+    "collections.abc": {"Sequence"},
+    "math": {name for name in dir(math) if not name.startswith("_")},
+}
+_BUILTINS = {"abs", "bool", "float", "int", "len", "staticmethod", "property"}
+_BUILTINS |= {"OverflowError", "ValueError", "ZeroDivisionError"}
+
+
+def screen(source: str, constants: Iterable[str]) -> None:
+    """Refuse a controller that could do anything but compute, or that changes a constant.
+
+    Running a file must not be able to talk this checker into an answer. So only a plain module
+    is run: named imports from four modules, attributes of math and of self only (its own begin
+    with one underscore), no builtin that reaches further, nothing with two underscores.
+    """
+    try:
+        tree = ast.parse(source)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        raise MalformedError("controller.py: not Python") from None
+    stored: list[str] = []
+    for item in ast.walk(tree):
+        reason = _reason(item)
+        if reason:
+            raise MalformedError(f"controller.py: {reason}: no controller needs that")
+        if isinstance(item, ast.Name) and isinstance(item.ctx, ast.Store):
+            stored.append(item.id)
+        elif isinstance(item, (ast.FunctionDef, ast.ClassDef)):
+            stored.append(item.name)
+        elif isinstance(item, ast.arg):
+            stored.append(item.arg)
+    # U_MAX is also a member of the class.
+    repeated = [name for name in constants if stored.count(name) != (2 if name == "U_MAX" else 1)]
+    if repeated:
+        raise MalformedError(f"controller.py: {min(repeated)} is not assigned exactly once")
+
+
+def _reason(item: ast.AST) -> str:
+    if isinstance(item, ast.Import):
+        return "" if all(a.name == "math" and not a.asname for a in item.names) else "an import"
+    if isinstance(item, ast.ImportFrom):
+        allowed = _IMPORTED.get(item.module or "", set())
+        # pow is a builtin's name too, so the generated code calls math.pow by another.
+        plain = all(
+            a.name in allowed and (not a.asname or (a.name, a.asname) == ("pow", "power"))
+            for a in item.names
+        )
+        return "" if plain and not item.level else f"an import from {item.module}"
+    if isinstance(item, ast.Attribute):
+        owner = item.value.id if isinstance(item.value, ast.Name) else ""
+        own = item.attr in ("status", "reset") or re.fullmatch(r"_[a-z][a-z0-9_]*", item.attr)
+        reads = owner == "math" and item.attr in _IMPORTED["math"]
+        if (owner == "self" and own) or (reads and isinstance(item.ctx, ast.Load)):
+            return ""
+        return f"the attribute {item.attr}"
+    if isinstance(item, ast.Name):
+        foreign = item.id in dir(builtins) and item.id not in _BUILTINS
+        special = item.id.startswith("__") and item.id != "__slots__"
+        return f"the name {item.id}" if foreign or special else ""
+    if isinstance(item, ast.ExceptHandler):
+        return "a named exception" if item.name else ""
+    kinds = (ast.Global, ast.Nonlocal, ast.Delete, ast.Await, ast.Yield, ast.With, ast.Lambda)
+    return (
+        type(item).__name__ if isinstance(item, (*kinds, ast.Match, ast.AsyncFunctionDef)) else ""
+    )
+
+
+def law_enclosure(
+    obligations: Obligations,
+    time: Fraction,
+    x: Sequence[float],
+    start: Sequence[float],
+    references: tuple[float, float] | None,
+) -> tuple[Interval, list[Interval]]:
+    """Enclose what a correct controller returns, and its measured errors' centers r_i.
+
+    time is t - t_0, x the sample, start the latched one, references (y_d, y_d at the latch) if
+    they are passed in. The rounding that the certificate allows is added step by step.
+    """
+    problem = obligations.problem
+    s = from_fraction(time)
+    if references is not None:
+        y, y_0 = (from_fraction(Fraction(value)) for value in references)
+    else:
+        tape = Tape(problem.reference or NOTHING, ("t",))
+        y, y_0 = tape.value((s,)), tape.value((ZERO_I,))
+    phi, centers = ZERO_I, []
+    for i, (rho, gain) in enumerate(zip(problem.rhos, obligations.gains, strict=True)):
+        level = ZERO_I
+        if rho.end is None or s[0] < rho.end[1]:
+            level = Tape(rho.node, ("t",)).value((s,))
+        latched = from_fraction(Fraction(start[i]))
+        r = add(y, mul(level, sub(latched, y_0))) if i == 0 else mul(level, latched)
+        centers.append(r)
+        slack = obligations.rounding[i]
+        e = add(sub(from_fraction(Fraction(x[i])), r), phi)
+        phi = gain.phi((e[0] - slack, e[1] + slack))
+    slack = obligations.rounding[-1]
+    return (-phi[1] - slack, -phi[0] + slack), centers
+
+
+class _Screened(importlib.abc.InspectLoader):
+    """Runs the very text that was screened: bytecode beside the file is never looked at."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+
+    def get_source(self, fullname: str) -> str:
+        """Return the text."""
+        del fullname
+        return self._text
+
+
+def check_controller(path: Path, obligations: Obligations, design: Design) -> int:
+    """Run controller.py on 200 samples inside the tube; each u must be in its enclosure.
+
+    Eight starts, 25 samples each, from a fixed sequence; a sample is made from errors chosen
+    inside the tube. A law with another sign, gain or formula is far outside.
+    """
+    sys.dont_write_bytecode = True
+    loader = _Screened(_read(path).decode())
+    spec = importlib.util.spec_from_loader("controller_under_test", loader)
+    if spec is None or spec.loader is None:
+        raise MalformedError("controller.py: cannot be loaded")
+    module = importlib.util.module_from_spec(spec)
+    state = 20_260_101
+
+    def draw(lo: float, hi: float) -> float:
+        nonlocal state
+        state = (state * 6_364_136_223_846_793_005 + 1_442_695_040_888_963_407) % (1 << 64)
+        return lo + (hi - lo) * (state / (1 << 64))
+
+    problem = obligations.problem
+    count = 0
+    try:
+        spec.loader.exec_module(module)
+        for _ in range(8):
+            controller = module.Controller()
+            t_0 = draw(0.0, 10.0)
+            bound = problem.reference_bounds if problem.reference is None else None
+            start = [draw(lo / ONE, hi / ONE) for lo, hi in problem.starts]
+            first, previous = 0.0, t_0
+            if bound:
+                first = _possible_reference(problem, start[0], draw(-1.0, 1.0))
+            for j in range(25):
+                t = t_0 + (j / 24.0) ** 2 * draw(20.0, 40.0) if j else t_0
+                previous = t = max(t, previous)
+                y = first if not (bound and j) else draw(-1.0, 1.0) * (bound[0][0] / ONE)
+                references = (y, first) if bound else None
+                elapsed = Fraction(t) - Fraction(t_0)
+                x = list(start)
+                if j:
+                    x = _sample(obligations, elapsed, start, references, draw)
+                u = controller.step(t, x, y) if bound else controller.step(t, x)
+                expected, _ = law_enclosure(obligations, elapsed, x, start, references)
+                _judge_command(u, controller.status, expected, design.u_max)
+                count += 1
+    except MalformedError:
+        raise
+    except Exception as error:  # noqa: BLE001
+        raise MalformedError(f"controller.py: {type(error).__name__} at sample {count}") from None
+    return count
+
+
+def _possible_reference(problem: Problem, x: float, share: float) -> float:
+    """Return a start of the reference that the declared offset and bound allow."""
+    bound = problem.reference_bounds[0][0] / ONE if problem.reference_bounds else 0.0
+    if problem.offset is None:
+        return share * bound
+    return min(max(x + share * (problem.offset[0] / ONE), -bound), bound)
+
+
+def _sample(
+    obligations: Obligations,
+    elapsed: Fraction,
+    start: Sequence[float],
+    references: tuple[float, float] | None,
+    draw: Callable[[float, float], float],
+) -> list[float]:
+    """Build a measured state from errors inside the tube."""
+    _, centers = law_enclosure(obligations, elapsed, start, start, references)
+    x: list[float] = []
+    phi = 0.0
+    for center, p, gain in zip(centers, obligations.half_widths, obligations.gains, strict=True):
+        e = draw(-0.999, 0.999) * float(p)
+        x.append((center[0] + center[1]) / (2 * ONE) + e - phi)
+        lo, hi = gain.phi(from_fraction(Fraction(e)))
+        phi = (lo + hi) / (2 * ONE)
+    return x
+
+
+def _judge_command(u: object, status: object, expected: Interval, u_max: float) -> None:
+    # Exactly these types: a subclass could answer comparisons as it likes.
+    if type(u) is not float or not math.isfinite(u):
+        raise MalformedError(f"controller.py: the command {u!r}")
+    limit = from_fraction(Fraction(u_max))[1]
+    lo, hi = (min(max(end, -limit), limit) for end in expected)
+    if not lo <= from_fraction(Fraction(u))[1] or not from_fraction(Fraction(u))[0] <= hi:
+        raise MalformedError(
+            f"controller.py: u = {u!r} is outside {to_doubles((lo, hi))}: not the certified law"
+        )
+    if not isinstance(status, int) or int.__add__(status, 0) != 0:
+        raise MalformedError("controller.py: a sample inside the tube is not answered with OK")
+
+
+# ---------------------------------------------------------------------------------------------
+# 10. Command line.
+
+
+def render(report: Report) -> str:
+    """Return the report as text for people."""
+    lines = [
+        f"{claim.verdict:9} {claim.id:14} {claim.statement}"
+        + (f"   [{claim.detail}]" if claim.detail else "")
+        for claim in report.claims
+    ]
+    lines += [f"checked   {test}" for test in report.tests]
+    lines += [f"{report.verdict}: {failure}" for failure in report.failures]
+    if report.assumptions:
+        lines += ["", "What stays assumed:", *(f"  - {line}" for line in report.assumptions)]
+    return "\n".join([*lines, "", f"verdict: {report.verdict}"])
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Verify a folder; see the head of this file for the exit codes."""
+    parser = argparse.ArgumentParser(description="Verify a generated controller folder.")
+    parser.add_argument("folder", nargs="?", type=Path, default=Path(__file__).resolve().parent)
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    arguments = parser.parse_args(argv)
+    report = verify_folder(arguments.folder)
+    if arguments.json:
+        print(json.dumps(report.document(), indent=1))
+    else:
+        print(render(report))
+    return report.exit_code
+
+
+if __name__ == "__main__":
+    sys.exit(main())
