@@ -17,11 +17,13 @@ settings.register_profile("all", deadline=None, derandomize=True, database=None,
 settings.load_profile("all" if os.environ.get("BFPPC_TESTS") == "all" else "sample")
 
 
-@pytest.fixture
-def methods_to_come(monkeypatch):
+@pytest.fixture(scope="module")
+def methods_to_come():
     """Open theorem1 and theorem3, which the plant file refuses until the checker proves them."""
     rows = tuple(row for row in availability.UNAVAILABLE if row.key != "method")
-    monkeypatch.setattr(availability, "UNAVAILABLE", rows)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(availability, "UNAVAILABLE", rows)
+        yield
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

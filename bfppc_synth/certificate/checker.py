@@ -960,11 +960,6 @@ class Parser:
             self._expect(",")
 
 
-def parse(text: str, names: Mapping[str, Node]) -> Node:
-    """Read an expression of the plant file into normal form."""
-    return Parser(text, names).parse()
-
-
 # ---------------------------------------------------------------------------------------------
 # 4. Tape: an expression compiled once and evaluated over many boxes.
 
@@ -1021,6 +1016,9 @@ class Bound:
     point: Box
     face: Box
     cuts: tuple[int, ...]
+
+
+_BINARY64 = 1 << (P + 1000)  # nothing that binary64 computes with may come near its end
 
 
 class Tape:
@@ -1159,13 +1157,21 @@ class Tape:
             if node.kind == "piece" or node.name == "sign":
                 raise UndecidedError("no rounding error of an expression that may jump")
             size = absolute(self._operation(node, wide, ()) if wide else y)[1]
-            passed, count = 0, 2
+            passed, count, steps = 0, 2, [size]
             if node.kind == "sum":
                 parts = list(zip(node.weights, wide, inner, strict=True))
                 passed = sum(absolute(scale(w, (d, d)))[1] for w, _, d in parts)
                 size = sum(absolute(scale(w, a))[1] for w, a, _ in parts)
+                steps += [size, *(absolute(a)[1] for a in wide)]
                 count = len(parts) + 2
             elif node.kind == "prod":
+                largest = ONE_I
+                for a, e in zip(wide, node.weights, strict=True):
+                    # A factor below 1 must not hide an overflow of the others, in any order.
+                    factor = absolute(power(absolute(a), abs(e)))[1]
+                    steps.append(factor)
+                    largest = mul(largest, (max(ONE, factor),) * 2)
+                steps.append(largest[1])
                 for j, d in enumerate(inner):
                     e = node.weights[j]
                     count += int(abs(e)) + 2 + (800 if e.denominator > 1 else 0)
@@ -1176,6 +1182,8 @@ class Tape:
                 slope = absolute(_slope(node.name, wide[0], _call(node.name, wide)))
                 passed = mul((inner[0], inner[0]), slope)[1] if inner[0] else 0
                 count = 800 if node.name.startswith(("root", "signed")) else 8
+            if max(steps) > _BINARY64:
+                raise UndecidedError("a number beyond 2^1000: binary64 could overflow")
             found.append(passed + _ceil_shift(2 * count * size, 53) + 1)
         return found[-1]
 
@@ -1363,9 +1371,13 @@ def constant(value: object, path: str) -> Interval:
 def constant_node(value: object, path: str) -> Node:
     """Read a number or a constant expression."""
     try:
-        return parse(text_of(value, path), {})
+        parser = Parser(text_of(value, path), {})
+        node = parser.parse()
     except MalformedError as error:
         raise MalformedError(f"{path}: {error}") from None
+    for part in parser.partial:
+        Tape(part, ()).value(())
+    return node
 
 
 def at_least(least: int, value: object, path: str) -> Interval:
@@ -1551,7 +1563,7 @@ def _channels(
             try:
                 parser = Parser(text_of(text, f"{path}.{key}"), known)
                 nodes[key] = parser.parse()
-                partial += (node for node in parser.partial if symbols(node))
+                partial += parser.partial
             except MalformedError as error:
                 raise MalformedError(f"{path}.{key}: {error}") from None
         if "f" not in nodes and "f_bound" not in nodes:
@@ -1568,10 +1580,33 @@ def _channels(
 _CHANNEL = ("f", "g", "f_bound", "g_bound", "g_min")
 
 
+def _over_time(text: str) -> Node:
+    """Read an expression in t whose every part is defined wherever the controller runs."""
+    parser = Parser(text, {"t": sym("t")})
+    node = parser.parse()
+    ends = [0, *(ONE << j for j in range(20)), 10**6 * ONE]
+    for part in parser.partial:
+        tape = Tape(part, ("t",))
+        for left, right in itertools.pairwise(ends):
+            tape.value(((left, right),))
+    return node
+
+
+def _above(node: Node, bound: Interval) -> Fraction | None:
+    """Return a time of 400, spread from 0 to 1e6 s, at which an expression exceeds a bound."""
+    tape = Tape(node, ("t",))
+    times = [Fraction(j, 10) for j in range(200)]
+    times += [Fraction(21 * 11**j, 10**j) for j in range(1, 113)]
+    for t in times:
+        if absolute(tape.value((from_fraction(t),)))[0] > bound[1]:
+            return t
+    return None
+
+
 def _reference(value: object) -> tuple[Node | None, tuple[Interval, Interval] | None]:
     """Expression (and declared bounds, if any); None when it is supplied at run time."""
     if isinstance(value, str):
-        return parse(value, {"t": sym("t")}), None
+        return _over_time(value), None
     if isinstance(value, Mapping) and "bounds" in value:
         given = fields(value, "reference", "bounds")["bounds"]
         if not isinstance(given, Sequence) or isinstance(given, str) or len(given) < 2:
@@ -1579,9 +1614,15 @@ def _reference(value: object) -> tuple[Node | None, tuple[Interval, Interval] | 
         first, second = (at_least(0, bound, "reference.bounds") for bound in given[:2])
         return None, (first, second)
     given = fields(value, "reference", "value bound rate")
-    node = parse(text_of(given["value"], "reference.value"), {"t": sym("t")})
-    bound = at_least(0, given["bound"], "reference.bound")
-    return node, (bound, at_least(0, given["rate"], "reference.rate"))
+    node = _over_time(text_of(given["value"], "reference.value"))
+    bounds = [at_least(0, given[key], f"reference.{key}") for key in ("bound", "rate")]
+    for key, part, most in zip(
+        ("bound", "rate"), (node, derivative(node, "t")), bounds, strict=True
+    ):
+        witness = _above(part, most)
+        if witness is not None:
+            raise MalformedError(f"reference.{key}: {given[key]} is exceeded at t = {witness}")
+    return node, (bounds[0], bounds[1])
 
 
 def _rho(value: object) -> Rho:
@@ -2154,6 +2195,9 @@ def rounding_errors(
         )
         phi_error = sum(scale(unit * weight, (0, part))[1] for weight, part in parts) + 1
         phi = gain.phi(size)[1]
+        quotient = scale(2 * gain.M * half_width / gain.epsilon, ONE_I)[1]
+        if max(quotient, phi, *(part for _, part in parts)) > _BINARY64:
+            raise UndecidedError(f"phi_{i + 1} beyond 2^1000: binary64 could overflow")
     return (*errors, phi_error)
 
 
@@ -2531,6 +2575,7 @@ def _assumed(problem: Problem) -> tuple[str, ...]:
         "measurement and actuation are as declared: quantizer, noise, period, delay, error",
         "binary64 is IEEE 754; tanh, sin, cos, exp, log of the libm (and others) keep to 4 ulp",
         "the theorem itself (docs/theory.md) and this file",
+        "the C source computes the law of controller.py (its constants and limits were compared)",
     ]
     if problem.reference_bounds is not None:
         bound, rate = (to_doubles(b)[1] for b in problem.reference_bounds)
@@ -2929,13 +2974,23 @@ def _verified_folder(folder: Path) -> Report:
     name = obligations.problem.name
     sources = ("controller.py", f"c/src/{name}.c")
     _check_manifest(
-        folder, manifest, name, ("plant.yaml", "plant.json", "certificate.json", *sources)
+        folder,
+        manifest,
+        name,
+        ("plant.yaml", "plant.json", "certificate.json", f"c/include/{name}.h", *sources),
     )
     limits = screening_limits(obligations)
+    if manifest["status"] != "certified":
+        raise MalformedError("manifest.json: the status is not `certified`")
     for source in sources:
         text = _read(folder / source).decode("utf-8", "replace")
         _check_constants(source, text, name, design)
         _check_screening(source, text, name, limits)
+    pair = [
+        _read(folder / path).decode("utf-8", "replace")
+        for path in (f"c/include/{name}.h", sources[1])
+    ]
+    _check_c(pair, name, len(design.p), [*design.constants(), *limits])
     tests = [
         f"manifest: {len(manifest['files'])} files have the hashes that it lists",
         "constants: controller.py and the C source contain the certified binary64 numbers",
@@ -2944,6 +2999,7 @@ def _verified_folder(folder: Path) -> Report:
         return report
     text = _read(folder / "controller.py").decode("utf-8", "replace")
     screen(text, [*design.constants(), *limits])
+    _check_places(text, design.constants())
     count = check_controller(folder / "controller.py", obligations, design)
     tests.append(f"law: controller.py gave {count} commands, each inside its enclosure")
     return Report(
@@ -3006,10 +3062,65 @@ def _check_constants(path: str, source: str, name: str, design: Design) -> None:
             raise MalformedError(f"{path}: {key} = {found[key]}, certified {wanted[key]!r}")
 
 
+def _check_places(source: str, keys: Iterable[str]) -> None:
+    """Want each constant assigned by a statement inside the block, not by text that looks so."""
+    lines = source.splitlines()
+    start = next(j for j, line in enumerate(lines, 1) if "CERTIFIED CONSTANTS BEGIN" in line)
+    end = next(j for j, line in enumerate(lines, 1) if "CERTIFIED CONSTANTS END" in line)
+    inside = {
+        item.targets[0].id
+        for item in ast.parse(source).body
+        if isinstance(item, ast.Assign)
+        and isinstance(item.targets[0], ast.Name)
+        and start < item.lineno < end
+    }
+    for key in sorted(set(keys) - inside):
+        raise MalformedError(f"controller.py: {key} is not assigned inside the block")
+
+
+_C_TOKEN = re.compile(r"/\*.*?\*/|//[^\n]*|(\"[^\"\n]*\")", re.DOTALL)
+_GUARDS = """#if defined(__FAST_MATH__)
+#if defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ > 0)
+#if !defined(FLT_EVAL_METHOD) || (FLT_EVAL_METHOD != 0)
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#ifdef __cplusplus
+#endif
+#include <float.h>
+#include <math.h>
+#include <stdbool.h>"""
+
+
+def _check_c(texts: Sequence[str], name: str, n: int, keys: Iterable[str]) -> None:
+    """Want a header and a source whose preprocessor only guards, and each constant once."""
+    own = (f"#ifndef {name}_H", f"#define {name}_H", f"#define {name}_ORDER {n}")
+    allowed = {*_GUARDS.splitlines(), *own, f'#include "{name}.h"'}
+    kept: list[str] = []
+    for text in texts:
+        depth = 0
+        for line in _C_TOKEN.sub(lambda token: token.group(1) or " ", text).splitlines():
+            word = line.strip()
+            if "\\" in word or "%:" in word or "??" in word:
+                raise MalformedError(f"the C code: {word[:60]!r}: no controller needs that")
+            if word.startswith("#"):
+                if word not in allowed and not word.startswith("#error "):
+                    raise MalformedError(f"the C code: {word[:60]!r}: no controller needs that")
+                depth += word.startswith("#if") - word.startswith("#endif")
+            elif depth == (text is texts[0]):
+                kept.append(word)
+    if kept.count(f"typedef double {name}_real;") != 1:
+        raise MalformedError(f"{name}.h: {name}_real is not binary64")
+    for key in sorted(keys):
+        uses = [line for line in kept if re.search(rf"\b{name}_{key}\b", line)]
+        form = f"static const {name}_real {name}_{key} = "
+        if uses and [line.startswith(form) for line in uses].count(True) != 1:
+            raise MalformedError(f"{name}.c: {key} is not one constant of the file")
+
+
 def screening_limits(obligations: Obligations) -> dict[str, int]:
     """Return what the controllers must accept at least: every sample that Omega allows."""
     problem = obligations.problem
-    if problem.reference is None and problem.reference_bounds is not None:
+    if problem.reference_bounds is not None:
         largest = problem.reference_bounds[0][1]
     else:
         low, high = over_time(problem.reference or NOTHING, {}, 0)
@@ -3166,8 +3277,10 @@ class _Screened(importlib.abc.InspectLoader):
 def check_controller(path: Path, obligations: Obligations, design: Design) -> int:
     """Run controller.py on 200 samples inside the tube; each u must be in its enclosure.
 
-    Eight starts, 25 samples each, from a fixed sequence; a sample is made from errors chosen
-    inside the tube. A law with another sign, gain or formula is far outside.
+    Eight starts, 25 samples each, from a fixed sequence; the times reach from 0 to 9e5 s and a
+    sample is made from errors chosen inside the tube. A law with another sign, gain or formula
+    is far outside. After each start come samples that no law may be applied to, and one that is
+    outside the tube: the status must say so.
     """
     sys.dont_write_bytecode = True
     loader = _Screened(_read(path).decode())
@@ -3195,7 +3308,8 @@ def check_controller(path: Path, obligations: Obligations, design: Design) -> in
             if bound:
                 first = _possible_reference(problem, start[0], draw(-1.0, 1.0))
             for j in range(25):
-                t = t_0 + (j / 24.0) ** 2 * draw(20.0, 40.0) if j else t_0
+                late = 9e5 * 10.0 ** ((j - 24) / 2.0) * draw(0.5, 1.0)
+                t = t_0 + ((j / 24.0) ** 2 * draw(20.0, 40.0) if j < 13 else late) if j else t_0
                 previous = t = max(t, previous)
                 y = first if not (bound and j) else draw(-1.0, 1.0) * (bound[0][0] / ONE)
                 references = (y, first) if bound else None
@@ -3207,11 +3321,37 @@ def check_controller(path: Path, obligations: Obligations, design: Design) -> in
                 expected, _ = law_enclosure(obligations, elapsed, x, start, references)
                 _judge_command(u, controller.status, expected, design.u_max)
                 count += 1
+            _judge_refusals(controller, (t_0, t), (x, u), (y,) if bound else (), obligations)
     except MalformedError:
         raise
     except Exception as error:  # noqa: BLE001
         raise MalformedError(f"controller.py: {type(error).__name__} at sample {count}") from None
     return count
+
+
+def _judge_refusals(
+    controller: Any,
+    times: tuple[float, float],
+    last: tuple[Sequence[float], float],
+    references: Sequence[float],
+    obligations: Obligations,
+) -> None:
+    """Pass samples after the last one that no law may be applied to, or that left the tube."""
+    (t_0, t), (x, u) = times, last
+    for bad_t, bad_x, wanted in (
+        (math.nextafter(t, -math.inf), x[0], 3),
+        (t_0 + 1.1e6, x[0], 3),
+        (math.nan, x[0], 2),
+        (t, math.nan, 2),
+        (t, -math.inf, 2),
+    ):
+        held = controller.step(bad_t, [bad_x, *x[1:]], *references)
+        if type(held) is not float or held != u or int.__add__(controller.status, 0) != wanted:
+            raise MalformedError("controller.py: a bad sample is not answered by holding u")
+    beyond = math.copysign(2.1 * float(obligations.half_widths[-1]), u)
+    controller.step(t, [*x[:-1], x[-1] + beyond], *references)
+    if int.__add__(controller.status, 0) not in (1, 2):
+        raise MalformedError("controller.py: a sample outside the tube is answered with OK")
 
 
 def _possible_reference(problem: Problem, x: float, share: float) -> float:
