@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import pytest
@@ -95,7 +96,7 @@ def compare(path: Path, shapes: tuple[Shape, ...], half_widths: tuple[float, ...
     bounds = evaluate_chain(start, residual, numbers, problem.theorem.rules)
     gains = [(s.k, s.M, s.epsilon, s.c, s.N) for s in shapes]
     found = checker.derive(json.loads(plant_json(spec)), gains, half_widths).enclosures
-    compared, steepest = 0, max(1.0, *bounds.L)
+    compared, steepest = 0, math.prod(max(1.0, slope) for slope in bounds.L)
     names = ("X", "xi", "A", "L", "W", "D", "G", "g_min", "F_star", "eta", "Lambda")
     for name in names:
         for state, value in zip(spec.states, getattr(bounds, name), strict=True):
