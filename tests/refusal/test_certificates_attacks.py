@@ -238,7 +238,7 @@ def test_incommensurate_frequencies_do_not_hide_the_common_peak() -> None:
 
 
 def test_declared_reference_bounds_are_printed_as_assumptions() -> None:
-    plant = document(reference={"value": "t", "bound": "1", "rate": "1"})
+    plant = document(reference={"value": "sin(t)", "bound": "1", "rate": "1"})
     report = answer(plant)
     assert report.verdict == "proved"
     assert any("declared bounds" in line for line in report.assumptions)

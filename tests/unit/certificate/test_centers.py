@@ -127,5 +127,5 @@ def test_a_reference_supplied_at_run_time_is_bounded_apart_from_the_start() -> N
 
 
 def test_declared_bounds_are_taken_as_declared() -> None:
-    declared = {"value": "1 + t", "bound": "3", "rate": "4"}
+    declared = {"value": "1 + sin(t)", "bound": "3", "rate": "4"}
     assert numbers(center(declared, "1.5")) == (-3.5, 3.5, 4.25)
