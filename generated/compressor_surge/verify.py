@@ -960,6 +960,11 @@ class Parser:
             self._expect(",")
 
 
+def parse(text: str, names: Mapping[str, Node]) -> Node:
+    """Read an expression of the plant file into normal form."""
+    return Parser(text, names).parse()
+
+
 # ---------------------------------------------------------------------------------------------
 # 4. Tape: an expression compiled once and evaluated over many boxes.
 
@@ -3348,7 +3353,8 @@ def _judge_refusals(
         held = controller.step(bad_t, [bad_x, *x[1:]], *references)
         if type(held) is not float or held != u or int.__add__(controller.status, 0) != wanted:
             raise MalformedError("controller.py: a bad sample is not answered by holding u")
-    beyond = math.copysign(2.1 * float(obligations.half_widths[-1]), u)
+    # Further out by more than p_n + eta_n < 2 p_n, to the side where e_n is already.
+    beyond = math.copysign(2.1 * float(obligations.half_widths[-1]), -u)
     controller.step(t, [*x[:-1], x[-1] + beyond], *references)
     if int.__add__(controller.status, 0) not in (1, 2):
         raise MalformedError("controller.py: a sample outside the tube is answered with OK")
