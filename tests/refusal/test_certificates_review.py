@@ -245,11 +245,15 @@ FORGERIES = [
     # replacements in controller.py, words of the answer
     ([(GOOD_LAW, "u = 0.0 - phi_2 if elapsed < 60.0 else phi_2")], "not the certified law"),
     ([(GOOD_LAW, "u = 0.0 - phi_2 if elapsed < 5e5 else phi_2")], "not the certified law"),
-    ([(SCREENED, f"{SCREENED} and t < 100.0")], "not answered with OK"),
-    ([(SCREENED, f"{SCREENED} and elapsed_limit > t + 1e5")], "not answered with OK"),
+    # The sample is turned away, so an old command is held where a new one is certified.
+    ([(SCREENED, f"{SCREENED} and t < 100.0")], "not the certified law"),
+    ([(SCREENED, f"{SCREENED} and not 1e3 < t < 3e5")], "not the certified law"),
     ([(STATUS, "self.status = OK")], "a sample outside the tube is answered with OK"),
-    ([("-real_limit <= t <= real_limit", "t == t")], "a bad sample is not answered by holding u"),
     # NaN fails every comparison: turned round, the test lets it pass.
+    (
+        [("-real_limit <= t <= real_limit", "not (t < -real_limit or t > real_limit)")],
+        "a bad sample is not answered by holding u",
+    ),
     (
         [("-x_limit_1 <= x_1 <= x_limit_1", "not (x_1 < -x_limit_1 or x_1 > x_limit_1)")],
         "a bad sample is not answered by holding u",
@@ -320,26 +324,26 @@ def test_a_bound_below_a_sign_over_an_absolute_value_is_refuted() -> None:
     assert report.failures[0].startswith("f_bound[x1]")
 
 
+LOG, ROOT, POLE = "that are not positive", "an even root", "division by an interval that contains 0"
 HIDDEN = [
-    ("reference", "0.3 + 0*log(50 - t)"),
-    ("reference", "0.3 + log(50 - t) - log(50 - t)"),
-    ("reference", "0.3*sqrt(50 - t)**2/(50 - t)"),
-    ("reference", "0.3*(t - 50)/(t - 50)"),
-    ("reference", {"value": "0.3 + 0*log(50 - t)", "bound": "1", "rate": "1"}),
-    ("initial", {"x1": "0.3 + 0*log(0 - 1)"}),
-    ("parameters", {"a": "0*log(0 - 1)"}),
-    ("performance", {"accuracy": "0.1 + 0*sqrt(0 - 1)"}),
+    # key and value, words of the answer
+    ("reference", "0.3 + 0*log(50 - t)", LOG),
+    ("reference", "0.3 + log(50 - t) - log(50 - t)", LOG),
+    ("reference", "0.3*sqrt(50 - t)**2/(50 - t)", ROOT),
+    ("reference", "0.3*(t - 50)/(t - 50)", POLE),
+    ("reference", {"value": "0.3 + 0*log(50 - t)", "bound": "1", "rate": "1"}, LOG),
+    ("initial", {"x1": "0.3 + 0*log(0 - 1)"}, LOG),
+    ("parameters", {"a": "0*log(0 - 1)"}, LOG),
+    ("performance", {"accuracy": "0.1 + 0*sqrt(0 - 1)"}, ROOT),
 ]
 
 
-@pytest.mark.parametrize(("key", "value"), HIDDEN)
-def test_a_domain_hidden_by_a_zero_is_found(key: str, value: Any) -> None:
+@pytest.mark.parametrize(("key", "value", "words"), HIDDEN)
+def test_a_domain_hidden_by_a_zero_is_found(key: str, value: Any, words: str) -> None:
     # At t = 50 s the controller would compute log(0): in Python an error, in C a NaN.
     report = answer(document(**{key: value}))
     assert report.verdict == "undecided"
-    assert "numbers that are not positive" in report.failures[0] or "even root" in report.failures[
-        0
-    ] or "contains 0" in report.failures[0], report.failures
+    assert words in report.failures[0]
 
 
 def test_the_same_parts_where_they_are_defined_are_proved() -> None:
