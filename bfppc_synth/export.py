@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from bfppc_synth.certificate.checker import Goal, Obligation, Obligations
 
 
+# Methods whose chain export_chain states as claims.
+EXPORTED = ("unified", "theorem2")
+
+
 class Target(StrEnum):
     """The formats that this version writes."""
 
@@ -114,7 +118,7 @@ def _read(folder: Path) -> tuple[Obligations, Provenance, Mapping[str, str]]:
         report = checker.check_documents(plant, certificate)
         if report.verdict == "proved":
             design = checker.read_design(certificate["design"])
-            obligations = checker.derive(plant, design.gains, design.p)
+            obligations = design.obligations(plant)
     except checker.MalformedError as error:
         raise UsageError(f"{folder}: {error}; fix: run bfppc-synth on its plant.yaml") from error
     if report.verdict == "malformed":
@@ -149,6 +153,12 @@ def claims_of(obligations: Obligations, forms: Mapping[str, str]) -> tuple[Claim
     tuple[Claim, ...]
         Checks of the plant file, then the chain state by state, then the gain inequalities.
     """
+    method = obligations.problem.method
+    if method not in EXPORTED:
+        raise UsageError(
+            f"{obligations.problem.name}: claims of method {method} are not available in this"
+            " version; fix: export a design of method unified or theorem2"
+        )
     expected = checker.expected_claims(obligations, list(forms))
     chain = Chain(obligations)
     claims: list[Claim] = []

@@ -17,7 +17,7 @@ from bfppc_synth.errors import BfppcError, NotCertifiedError, UsageError
 from bfppc_synth.model.certificate import Verdict
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Mapping
 
     from bfppc_synth.model.design import Design
 
@@ -27,7 +27,6 @@ __all__ = [
     "Overwrite",
     "Uncertified",
     "export",
-    "initial_state",
     "run",
     "simulate",
     "verify",
@@ -68,12 +67,16 @@ class Options:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """Exit code, the folder written, the object for --json, and sentences for stderr."""
+    """Exit code, the folder written, the object for --json, and sentences for stderr.
+
+    ``lines`` are for stdout where the command lays its result out itself.
+    """
 
     exit_code: int
     folder: Path | None
     document: Mapping[str, object]
     messages: tuple[str, ...] = field(default=())
+    lines: tuple[str, ...] = field(default=())
 
 
 def run(path: Path, options: Options) -> Outcome:
@@ -255,27 +258,6 @@ def export(folder: Path, target: str) -> Outcome:
     }
     messages = tuple(f"not exported: {line}" for line in exported.left_out)
     return Outcome(exit_code=0, folder=None, document=document, messages=messages)
-
-
-def initial_state(words: Sequence[str]) -> dict[str, float]:
-    """Read ``--x0 x1=1.5,x2=0``, repeatable.
-
-    Raises
-    ------
-    UsageError
-        If a part is not STATE=NUMBER.
-    """
-    start = {}
-    for part in ",".join(words).split(",") if words else ():
-        name, _, text = part.partition("=")
-        try:
-            value = float(text)
-        except ValueError:
-            value = float("nan")
-        if not abs(value) < float("inf"):
-            raise UsageError(f"--x0 {part}: not STATE=NUMBER; fix: write --x0 x1=1.5,x2=0")
-        start[name.strip()] = value
-    return start
 
 
 def _refusal(design: Design) -> str:

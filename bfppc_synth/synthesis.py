@@ -36,6 +36,7 @@ from bfppc_synth.model.shapes import Shape
 from bfppc_synth.model.spec import Form, Method, Objective
 from bfppc_synth.synthesis_theorem1 import (
     prepare_theorem1,
+    read_proof,
     restore_theorem1,
     synthesize_theorem1,
 )
@@ -53,7 +54,6 @@ if TYPE_CHECKING:
 MARGINS = (2e-4, 2e-3, 2e-2)
 # What an objective adds of the other quantity: 1 % of U buys orders of magnitude of slope.
 SIDE_WEIGHT = 0.01
-NOT_CHECKED = "the separate checker does not know the method: binary64 numbers are no proof"
 LEADING = {
     Objective.PEAK_INPUT: Weights(peak_input=1.0, slope=SIDE_WEIGHT),
     Objective.SLOPE: Weights(peak_input=SIDE_WEIGHT, slope=1.0),
@@ -88,7 +88,7 @@ def synthesize(spec: PlantSpec, *, progress: Callable[[str], None] = _silent) ->
         Something is free and nothing was found, or the actuator limit is exceeded.
     """
     if spec.synthesis.method is Method.THEOREM1:
-        return synthesize_theorem1(_of_theorem1(spec), progress)
+        return synthesize_theorem1(_of_theorem1(spec), MARGINS, progress)
     problem, signals = prepare(spec, progress)
     free = is_free(problem)
     found: Evaluation | None = None
@@ -98,11 +98,11 @@ def synthesize(spec: PlantSpec, *, progress: Callable[[str], None] = _silent) ->
         found = search(problem, progress)
         if found is None:
             break
-        if spec.synthesis.form is Form.PRINTED or problem.staging is not None:
+        if spec.synthesis.form is Form.PRINTED:
             certificate = _judged_in_floats(problem, found)
             break
         progress("proving")
-        certificate = _proved(spec, found)
+        certificate = _proved(problem, found)
         require_reference(problem.plant, certificate.failures)
         thin = certificate.verdict is not Verdict.CERTIFIED and free
         if not thin or any(not entry.holds for entry in certificate.assumption_checks):
@@ -165,15 +165,14 @@ def restore(folder: Path) -> Design:
         document: dict[str, Any] = json.loads((folder / "report.json").read_text(encoding="utf-8"))
         if document["method"] == Method.THEOREM1:
             problem_1 = _of_theorem1(load_spec(folder / "plant.yaml"))
-            return restore_theorem1(problem_1, document)
+            return restore_theorem1(problem_1, document, folder)
         shapes = tuple(
             Shape(k=g["k"], M=g["M"], epsilon=g["epsilon"], c=g["c"], N=g["N"])
             for g in document["gains"]
         )
         widths = tuple(float(p) for p in document["omega"]["p"])
         verdict = Verdict(document["status"])
-        proof = folder / "certificate.json"
-        proved = proof.read_text(encoding="utf-8") if proof.is_file() else ""
+        proved = read_proof(folder)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise UsageError(
             f"{folder}: not a generated folder ({type(error).__name__}: {error}); fix: name a"
@@ -213,23 +212,23 @@ def _weights(spec: PlantSpec) -> Weights:
     return Weights(peak_input=max(peak, least), slope=max(slope, least))
 
 
-def _proved(spec: PlantSpec, found: Evaluation) -> Certificate:
-    from bfppc_synth.certificate.produce import judge, produce_certificate
+def _proved(problem: DesignProblem, found: Evaluation) -> Certificate:
+    from bfppc_synth.certificate.produce import judge, produce_certificate, tool_name
     from bfppc_synth.spec.canonical import plant_json
 
-    document = json.loads(plant_json(spec))
-    produced = produce_certificate(document, found.shapes, found.half_widths, tool=_tool())
+    document = json.loads(plant_json(problem.plant.spec))
+    produced = produce_certificate(
+        document,
+        found.shapes,
+        found.half_widths,
+        tool=tool_name(),
+        stages=() if problem.staging is None else problem.staging.stages,
+    )
     return judge(document, produced)
 
 
-def _tool() -> str:
-    from importlib.metadata import version
-
-    return f"bfppc-synth {version('bfppc-synth')}"
-
-
 def _judged_in_floats(problem: DesignProblem, found: Evaluation) -> Certificate:
-    """Every inequality as evaluated in floats, where nothing is or can be certified."""
+    """Every inequality as evaluated in floats, where nothing can be certified or all of it is."""
     printed = problem.plant.spec.synthesis.form is Form.PRINTED
     names = problem.plant.spec.states
     inequalities = tuple(
@@ -244,7 +243,7 @@ def _judged_in_floats(problem: DesignProblem, found: Evaluation) -> Certificate:
     )
     failed = (entry for entry in inequalities if not entry.holds)
     failures = (
-        "the printed form of the paper is never certified" if printed else NOT_CHECKED,
+        *(("the printed form of the paper is never certified",) if printed else ()),
         *(f"{e.id} {e.equation}: {e.lhs[0]:.6g} is not above {e.rhs[0]:.6g}" for e in failed),
     )
     verdict = Verdict.PRINTED if printed else Verdict.UNDECIDED

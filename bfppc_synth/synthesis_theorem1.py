@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -22,13 +23,13 @@ from bfppc_synth.model.theorem1 import Theorem1Bounds
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+    from pathlib import Path
 
     from bfppc_synth.errors import BfppcError
     from bfppc_synth.gains.theorem1.judge import Theorem1Evaluation
     from bfppc_synth.gains.theorem1.problem import Theorem1Problem
     from bfppc_synth.model.spec import PlantSpec
 
-UNPROVED = "theorem1 is not proved by the separate checker in this version"
 NEVER_CERTIFIED = "the printed form of the paper is never certified"
 
 
@@ -49,21 +50,61 @@ def prepare_theorem1(spec: PlantSpec, weights: Weights, margin: float) -> Theore
     return problem
 
 
-def synthesize_theorem1(problem: Theorem1Problem, progress: Callable[[str], None]) -> Design:
-    """Find gains, judge them, and return the design; writes nothing.
+def synthesize_theorem1(
+    problem: Theorem1Problem, margins: tuple[float, ...], progress: Callable[[str], None]
+) -> Design:
+    """Find gains, prove them, and return the design; writes nothing.
+
+    Parameters
+    ----------
+    problem : Theorem1Problem
+        What is fixed, free and wanted.
+    margins : tuple[float, ...]
+        Relative room that the rounded inequalities keep: the next one is tried where the
+        checker finds one too thin.
+    progress : callable
+        Receives one sentence per stage.
 
     Raises
     ------
     NoDesignError
         Something is free and nothing was found, or the actuator limit is exceeded.
     """
-    found = search_theorem1(problem, progress)
-    if found is None:
-        raise _no_design(problem, progress)
-    return design_theorem1(problem, found, _judged(problem, found))
+    for margin in margins:
+        problem = replace(problem, margin=margin)
+        found = search_theorem1(problem, progress)
+        if found is None:
+            raise _no_design(problem, progress)
+        if problem.plant.spec.synthesis.form is Form.PRINTED:
+            return design_theorem1(problem, found, _judged(problem, found))
+        progress("proving")
+        design = design_theorem1(problem, found, _proved(problem, found))
+        certificate = design.certificate
+        fixed = not problem.is_free or any(not e.holds for e in certificate.assumption_checks)
+        if certificate.verdict is Verdict.CERTIFIED or fixed:
+            break
+        progress("a margin was too thin: rounding again")
+    return design
 
 
-def restore_theorem1(problem: Theorem1Problem, document: Mapping[str, Any]) -> Design:
+def _proved(problem: Theorem1Problem, found: Theorem1Evaluation) -> Certificate:
+    from bfppc_synth.certificate.produce import judge, produce_certificate, tool_name
+    from bfppc_synth.spec.canonical import plant_json
+
+    document = json.loads(plant_json(problem.plant.spec))
+    produced = produce_certificate(
+        document, found.gains, found.half_widths, tool=tool_name(), c_0=found.c_0
+    )
+    return judge(document, produced)
+
+
+def read_proof(folder: Path) -> str:
+    """Text of a folder's certificate, empty where it has none."""
+    proof = folder / "certificate.json"
+    return proof.read_text(encoding="utf-8") if proof.is_file() else ""
+
+
+def restore_theorem1(problem: Theorem1Problem, document: Mapping[str, Any], folder: Path) -> Design:
     """Read the gains of a report back into a design; nothing is searched.
 
     Raises
@@ -81,7 +122,8 @@ def restore_theorem1(problem: Theorem1Problem, document: Mapping[str, Any]) -> D
     found = Theorem1Judge(problem).evaluate(gains, widths, document["theorem1"]["c_0"])
     if found is None:
         raise UsageError("the gains of report.json do not fit plant.yaml")
-    certificate = replace(_judged(problem, found), verdict=Verdict(document["status"]))
+    verdict = Verdict(document["status"])
+    certificate = replace(_judged(problem, found), verdict=verdict, document=read_proof(folder))
     return design_theorem1(problem, found, certificate)
 
 
@@ -110,7 +152,7 @@ def _judged(problem: Theorem1Problem, found: Theorem1Evaluation) -> Certificate:
         verdict=verdict,
         inequalities=inequalities,
         assumptions=(),
-        failures=(NEVER_CERTIFIED if printed else UNPROVED, *failed),
+        failures=(*((NEVER_CERTIFIED,) if printed else ()), *failed),
     )
 
 

@@ -5,25 +5,17 @@ from __future__ import annotations
 import os
 from collections import defaultdict
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import pytest
 from hypothesis import settings
 
-from bfppc_synth.spec import availability
+if TYPE_CHECKING:
+    import pytest
 
 # One run is like the next: cases are drawn from a fixed seed and no database is kept.
 settings.register_profile("sample", deadline=None, derandomize=True, database=None)
 settings.register_profile("all", deadline=None, derandomize=True, database=None, max_examples=1000)
 settings.load_profile("all" if os.environ.get("BFPPC_TESTS") == "all" else "sample")
-
-
-@pytest.fixture(scope="module")
-def methods_to_come():
-    """Open theorem1 and theorem3, which the plant file refuses until the checker proves them."""
-    rows = tuple(row for row in availability.UNAVAILABLE if row.key != "method")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(availability, "UNAVAILABLE", rows)
-        yield
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

@@ -2,24 +2,35 @@
 
 from __future__ import annotations
 
+import itertools
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from bfppc_synth.bounds.derivative import NOT_ENCLOSED_FIX, derivative
 from bfppc_synth.errors import EnvelopeError, Mistake, PlantFileError
 from bfppc_synth.expressions.evaluate import evaluate_float
+from bfppc_synth.expressions.partial import partial_parts
+from bfppc_synth.expressions.symbolic import to_sympy
 from bfppc_synth.majorants.envelope import compile_envelope, envelope
 from bfppc_synth.majorants.targets import FloatArithmetic
 from bfppc_synth.model.spec import ReferenceKind
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     import sympy as sp
 
     from bfppc_synth.model.bounds import CenterBounds, Majorants
+    from bfppc_synth.model.expression import Expression
     from bfppc_synth.model.plant import Channel, Plant
 
+    Box = dict[sp.Symbol, tuple[float, float]]
+
+_TERM_FIX = "declare a bound without it"
 # Where a declared bound of the reference is held against its value: 20 s closely, then wider.
 _TIMES = (*(k / 64 for k in range(1281)), *(20.0 * 1.02**k for k in range(1, 300)))
+# Where every part of a reference must be defined: as long as the controller runs [s].
+_PIECES = tuple(itertools.pairwise((0.0, *(2.0**k for k in range(20)), 1e6)))
 
 
 def admit(plant: Plant, majorants: Majorants, center: CenterBounds) -> None:
@@ -46,19 +57,22 @@ def admit(plant: Plant, majorants: Majorants, center: CenterBounds) -> None:
     arithmetic = FloatArithmetic()
     accuracy = plant.spec.performance.accuracy
     reach = 0.0 if accuracy is None else accuracy.approximate
-    base: dict[sp.Symbol, tuple[float, float]] = {
+    base: Box = {
         symbol: (arithmetic.number(lower), arithmetic.number(upper))
         for symbol, (lower, upper) in zip(plant.parameters, plant.ranges, strict=True)
     }
-    mistakes = _exceeded(plant)
+    mistakes = [*_exceeded(plant), *_reference_parts(plant)]
     for i, (channel, bound) in enumerate(zip(plant.channels, majorants.channels, strict=True)):
         wide = reach if i == 0 else 0.0
         base[channel.state] = (center.r_lower[i] - wide, center.r_upper[i] + wide)
         root = f"dynamics.{channel.state.name}"
         broken = False
         for key, expression in _entries(channel):
+            written: Expression | None = getattr(plant.spec.dynamics[i], key)
             try:
                 envelope(expression, base, arithmetic)
+                for part in _parts(plant, written):
+                    envelope(part, base, arithmetic)
             except EnvelopeError as error:
                 mistakes.append(_mistake(plant, f"{root}.{key}", str(error), error.fix))
                 broken = True
@@ -116,7 +130,8 @@ def require_reference(plant: Plant, failures: tuple[str, ...]) -> None:
 
 
 def _refusal(plant: Plant, path: str, error: EnvelopeError) -> PlantFileError:
-    mistake = _mistake(plant, path, str(error), error.fix)
+    fix = error.fix or (NOT_ENCLOSED_FIX if path == "reference" else _TERM_FIX)
+    mistake = _mistake(plant, path, str(error), fix)
     return PlantFileError(plant.spec.path, plant.spec.source, (mistake,))
 
 
@@ -130,6 +145,36 @@ def _entries(channel: Channel) -> tuple[tuple[str, sp.Expr], ...]:
         ("disturbance", channel.disturbance),
     )
     return tuple((key, expression) for key, expression in entries if expression is not None)
+
+
+def _parts(plant: Plant, written: Expression | None) -> Iterable[sp.Expr]:
+    """Translate each part that may be undefined: sympy drops those that a 0 multiplies."""
+    if written is None:
+        return
+    symbols = {symbol.name: symbol for symbol in (*plant.states, *plant.parameters, plant.time)}
+    for part in partial_parts(written.tree):
+        yield to_sympy(part, symbols)
+
+
+def _reference_parts(plant: Plant) -> list[Mistake]:
+    """Want each part of the reference defined while the controller runs."""
+    reference = plant.spec.reference
+    if plant.reference is None:
+        return []
+    path = "reference.value" if reference.kind is ReferenceKind.DECLARED else "reference"
+    arithmetic = FloatArithmetic()
+    try:
+        for part, piece in itertools.product(_parts(plant, reference.expression), _PIECES):
+            try:
+                envelope(part, {plant.time: piece}, arithmetic)
+            except EnvelopeError as error:
+                # An overflow has no subexpression: the checker decides what it means.
+                if error.subexpression:
+                    message = f"for t from {piece[0]:.6g} to {piece[1]:.6g} s, {error}"
+                    return [_mistake(plant, path, message, "keep it defined for 0 <= t <= 1e6 s")]
+    except EnvelopeError as error:
+        return [_mistake(plant, path, str(error), error.fix)]
+    return []
 
 
 def _exceeded(plant: Plant) -> list[Mistake]:
@@ -158,7 +203,7 @@ def _authority(
     plant: Plant,
     index: int,
     g_min: sp.Expr,
-    base: dict[sp.Symbol, tuple[float, float]],
+    base: Box,
     arithmetic: FloatArithmetic,
 ) -> list[Mistake]:
     channel = plant.channels[index]

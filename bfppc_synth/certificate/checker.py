@@ -4,13 +4,14 @@
     python verify.py DIR        checks DIR;  --json prints the answer as one JSON object
 
 It reads a plant (plant.json), gains and tube (certificate.json) and the controller's constants,
-derives every obligation of docs/theory.md sections 2 and 3 by itself and proves each one in
-outward rounded integer arithmetic. Nothing in the certificate is believed: proofs are hints
+derives every obligation of docs/theory.md sections 2, 3, 7 and 8 by itself and proves each one
+in outward rounded integer arithmetic. Nothing in the certificate is believed: proofs are hints
 where to split a box, enclosures are compared with what is computed here. Exit code 0: proved;
 4: refuted (with a witness where there is one) or undecided (named); 2: malformed.
 
 Reading order: kernel (numbers), normal form and parser (expressions), tape (expressions over
-boxes), plant, reference, chain, obligations, verification, folder, command line.
+boxes), plant, reference, chain, obligations, Theorems 1 and 3, verification, folder, law,
+command line.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ import math
 import re
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import lru_cache
 from pathlib import Path
@@ -1323,13 +1324,22 @@ class Rho:
     rate: Interval
 
 
+Fixed = tuple[tuple[str, Interval], ...]
+
+
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """A plant file as the theorems need it."""
+    """A plant file as the theorems need it.
+
+    ``fixed`` are the numbers that the design must keep, by the names of its constants; ``free``
+    counts the stages of theorem3 below the last one.
+    """
 
     name: str
     method: str
     anchor: str
+    handover: str
+    free: int
     states: tuple[str, ...]
     ranges: dict[str, Interval]
     channels: tuple[Channel, ...]
@@ -1344,7 +1354,7 @@ class Problem:
     delay: Interval
     actuator_error: Interval
     limit: Interval | None
-    fixed: tuple[tuple[str, Interval], ...]
+    fixed: Fixed
 
 
 def fields(value: object, path: str, required: str, optional: str = "") -> dict[str, Any]:
@@ -1445,10 +1455,13 @@ def read_plant(document: object) -> Problem:
     if offset and reference is not None:
         raise MalformedError("initial.offset: only with a reference supplied at run time")
     rhos = each_state(performance, "rho", states, {"kind": "cosine", "t_s": "1"})
+    stages = _free_stages(synthesis)
     problem = Problem(
         name=_plant_name(plant["name"]),
         method=synthesis["method"],
         anchor=synthesis["anchor"],
+        handover=synthesis["handover"],
+        free=len(stages),
         states=states,
         ranges=ranges,
         channels=_channels(plant["dynamics"], states, names),
@@ -1463,12 +1476,28 @@ def read_plant(document: object) -> Problem:
         delay=at_least(0, sampling.get("delay", "0"), "sampling.delay"),
         actuator_error=at_least(0, actuator.get("error", "0"), "actuator.error"),
         limit=at_least(1, actuator["limit"], "actuator.limit") if "limit" in actuator else None,
-        fixed=_fixed(synthesis, states),
+        fixed=(*_fixed(synthesis, states), *_fixed_stages(stages, states)),
     )
     timing = (problem.period, problem.delay, problem.actuator_error)
     if problem.method == "theorem2" and any(a[1] for a in (*problem.delta, *timing)):
         raise MalformedError("theorem2 needs exact, continuous measurement and actuation")
+    if problem.method == "theorem1":
+        _check_theorem1(problem)
     return problem
+
+
+def _check_theorem1(problem: Problem) -> None:
+    """Want plant (1): dx_i = f_i + x_{i+1}, y_d = 0, one rho, continuous measurement."""
+    if any(a[1] for a in (problem.period, problem.delay, problem.actuator_error)):
+        raise MalformedError("theorem1 needs continuous measurement and exact actuation")
+    if problem.reference is None or problem.reference.text != "0" or problem.reference_bounds:
+        raise MalformedError("theorem1 needs the reference 0")
+    if any(rho != problem.rhos[0] for rho in problem.rhos):
+        raise MalformedError("theorem1 needs one rho for all states")
+    for channel, state in zip(problem.channels, problem.states, strict=True):
+        given = (channel.g, channel.g_bound, channel.g_min)
+        if any(node is not None and node.text != "1" for node in given):
+            raise MalformedError(f"theorem1 needs g = 1, also of {state}")
 
 
 def _plant_name(value: object) -> str:
@@ -1497,14 +1526,15 @@ def _identifier(name: str, path: str) -> None:
 
 def _synthesis(value: object) -> dict[str, Any]:
     """Read the method; whatever this checker has no theorem for is refused."""
-    keys = "method form center bounds anchor objective gains p"
+    keys = "method form center bounds anchor objective gains p stages handover theorem1"
     synthesis = fields(value, "synthesis", "", keys)
     allowed = {
-        "method": ("unified", "theorem2"),
+        "method": ("unified", "theorem1", "theorem2", "theorem3"),
         "form": ("sound",),
         "center": ("performance",),
         "bounds": ("termwise",),
         "anchor": ("latched", "exact"),
+        "handover": ("reanchor", "containment"),
     }
     for key, values in allowed.items():
         synthesis[key] = text_of(synthesis.get(key, values[0]), f"synthesis.{key}")
@@ -1512,25 +1542,99 @@ def _synthesis(value: object) -> dict[str, Any]:
             raise MalformedError(
                 f"synthesis.{key}: {synthesis[key]!r} is not available in this version"
             )
+    if synthesis["method"] == "theorem1":
+        # Its errors are made of the true starts, whatever the file says.
+        synthesis["anchor"] = "exact"
     return synthesis
 
 
-def _fixed(synthesis: Mapping[str, Any], states: Sequence[str]) -> tuple[tuple[str, Interval], ...]:
+# What the plant file reader accepts and notes where the method does not use it: keys of gains.
+_GAINS = "k M epsilon c N gamma H H_star"
+_USED = {"theorem1": ("gamma", "c", "N")}
+_SHAPE = ("k", "M", "epsilon", "c", "N")
+_TALL = ("gamma", "H", "c", "N")
+_MOST_STAGES = 8
+_MOST_POWERS = 8
+
+
+def _fixed(synthesis: Mapping[str, Any], states: Sequence[str]) -> Fixed:
     """Collect the numbers that the file fixes, as (design key, value); N defaults to 3."""
     found: list[tuple[str, Interval]] = []
     gains = fields(synthesis.get("gains", {}), "synthesis.gains", "", " ".join(states))
     half_widths = fields(synthesis.get("p", {}), "synthesis.p", "", " ".join(states))
     for i, state in enumerate(states):
-        given = fields(gains.get(state, {}), f"gains.{state}", "", "k M epsilon c N")
+        given = fields(gains.get(state, {}), f"gains.{state}", "", _GAINS)
         given.setdefault("N", "3")
         found += [
             (f"{key}_{i + 1}", constant(given[key], f"gains.{state}.{key}"))
-            for key in ("k", "M", "epsilon", "c", "N")
+            for key in _USED.get(synthesis["method"], _SHAPE)
             if key in given
         ]
         if state in half_widths:
             found.append((f"p_{i + 1}", constant(half_widths[state], f"p.{state}")))
+        if synthesis["method"] == "theorem1" and "H" in given:
+            path = f"gains.{state}.H"
+            heights = [constant(h, path) for h in _list(given["H"], path, _MOST_POWERS)]
+            heights += [ZERO_I] * (_MOST_POWERS - len(heights))
+            found += [(f"H_{i + 1}_{j}", value) for j, value in enumerate(heights)]
+    if synthesis["method"] == "theorem1":
+        found += _fixed_rooms(synthesis.get("theorem1", {}), states, half_widths)
     return tuple(found)
+
+
+def _fixed_rooms(
+    value: object, states: Sequence[str], half_widths: Mapping[str, Any]
+) -> list[tuple[str, Interval]]:
+    """Read c_0 and the rooms eps_i of theorem1; a half-width that is fixed too wins."""
+    given = fields(value, "synthesis.theorem1", "", "c_0 epsilon H")
+    if given.get("H", "constant") not in ("constant", "scheduled"):
+        raise MalformedError("synthesis.theorem1.H: constant or scheduled is expected")
+    found = [("c_0", constant(given["c_0"], "theorem1.c_0"))] if "c_0" in given else []
+    rooms = fields(given.get("epsilon", {}), "theorem1.epsilon", "", " ".join(states[1:]))
+    return found + [
+        (f"room_{i + 1}", constant(rooms[state], f"theorem1.epsilon.{state}"))
+        for i, state in enumerate(states)
+        if state in rooms and state not in half_widths
+    ]
+
+
+def _free_stages(synthesis: Mapping[str, Any]) -> list[Any]:
+    """List the free stages of theorem3; the other methods do not use them."""
+    if synthesis["method"] != "theorem3":
+        return []
+    stages = _list(synthesis.get("stages", ()), "synthesis.stages", _MOST_STAGES)
+    if not stages:
+        raise MalformedError("synthesis.stages: theorem3 needs at least one free stage")
+    return stages
+
+
+def _fixed_stages(stages: Sequence[Any], states: Sequence[str]) -> Fixed:
+    """Collect every number of the free stages: absent gains are 0."""
+    found: list[tuple[str, Interval]] = []
+    names = " ".join(states)
+    for number, stage in enumerate(stages, start=1):
+        path = f"synthesis.stages.{number - 1}"
+        given = fields(stage, path, "p gains")
+        half_widths = fields(given["p"], f"{path}.p", names)
+        gains = fields(given["gains"], f"{path}.gains", names)
+        for i, state in enumerate(states):
+            place = f"{path}.gains.{state}"
+            gain = {"k": "0", "M": "0", "c": "0", "N": "3"}
+            gain |= fields(gains[state], place, "", " ".join(_SHAPE))
+            found += [
+                (f"stage{number}_{key}_{i + 1}", constant(gain[key], f"{place}.{key}"))
+                for key in _SHAPE
+                if key in gain
+            ]
+            width = constant(half_widths[state], f"{path}.p.{state}")
+            found.append((f"stage{number}_p_{i + 1}", width))
+    return tuple(found)
+
+
+def _list(value: object, path: str, most: int) -> list[Any]:
+    if not isinstance(value, (list, tuple)) or len(value) > most:
+        raise MalformedError(f"{path}: a list of at most {most} entries is expected")
+    return list(value)
 
 
 def _parameters(
@@ -1924,12 +2028,17 @@ def over_time(node: Node, ranges: Mapping[str, Interval], start: int) -> Extreme
 
 @dataclass(frozen=True, slots=True)
 class Center:
-    """r_1..r_n over all t and starts: enclosures of inf, sup and sup|dr|; a is the offset."""
+    """r_1..r_n over all t and starts: enclosures of inf, sup and sup|dr|; a is the offset.
+
+    ``moved`` bounds what ``switches`` handovers have added to r_1 (docs/theory.md section 8).
+    """
 
     low: tuple[Interval, ...]
     high: tuple[Interval, ...]
     rate: tuple[Interval, ...]
     offset: Interval
+    moved: Interval = ZERO_I
+    switches: int = 0
 
     def size(self, i: int) -> Interval:
         """Return sup|r_i|."""
@@ -2001,8 +2110,14 @@ class Gain:
     c: Fraction
     N: int
 
-    def phi(self, e: Interval) -> Interval:
-        """Range of phi: every term is nondecreasing."""
+    @property
+    def powers(self) -> int:
+        """Degree in rho of the linear term's factor."""
+        return 0
+
+    def phi(self, e: Interval, rho: Interval = ONE_I) -> Interval:
+        """Range of phi, which does not depend on rho: every term is nondecreasing."""
+        del rho
         total = add(scale(self.k, e), scale(self.c, power(e, Fraction(self.N))))
         if self.M:
             total = add(total, scale(self.M, tanh(scale(self.M / self.epsilon, e))))
@@ -2035,15 +2150,12 @@ class Gain:
         """
         s = sym("s")
         slope: list[tuple[Fraction, Node]] = [(self.k, UNIT)]
-        value: list[tuple[Fraction, Node]] = [(self.k, s)]
         if self.M:
             bent = function("tanh", (combine([(self.M / self.epsilon, s)]),))
             flat = minus(UNIT, multiply([(bent, 2)]))
             slope.append((self.M * self.M / self.epsilon, flat))
-            value.append((self.M, bent))
         slope.append((self.c * self.N, multiply([(s, self.N - 1)])))
-        value.append((self.c, multiply([(s, self.N)])))
-        pull = combine([(1, sym("ahead")), *value])
+        pull = combine([(1, sym("ahead")), (1, self.of(s))])
         form = multiply(
             [
                 (combine(slope), 1),
@@ -2056,6 +2168,104 @@ class Gain:
         for part in (ahead, gain, load):
             shrink = min(shrink, (part[0] << P) // part[1] if part[1] > 0 else ONE)
         return mul((top[0], top[1]), (mul((shrink, shrink), (shrink, shrink))[0], ONE))
+
+    def of(self, e: Node) -> Node:
+        """Phi of an expression."""
+        terms = [(self.k, e), (self.c, multiply([(e, self.N)]))]
+        if self.M:
+            terms.append((self.M, function("tanh", (combine([(self.M / self.epsilon, e)]),))))
+        return combine(terms)
+
+    def jump(self, shift: Interval, earlier: Gain, reach: Interval) -> Interval:
+        """Delta of section 8: sup |phi(e + d) - phi_earlier(e)|, |e| <= reach, |d| <= shift.
+
+        Both are odd, so the modulus is reached with a positive sign, and phi increases, so
+        d = shift: one dimension is left. The lower end allows for the width of the shift.
+        """
+        e, d = sym("e"), sym("d")
+        moved = combine([(1, e), (1, d)]) if shift[1] else e
+        tape = Tape(minus(self.of(moved), earlier.of(e)), ("d", "e"))
+        low, high = supremum(tape, ((shift[1],) * 2, (-reach[1], reach[1])))
+        slack = (shift[1] - shift[0], reach[1] - reach[0])
+        steep = [gain.slope_at_most(add(reach, shift))[1] for gain in (self, earlier)]
+        lost = mul((slack[0] + slack[1],) * 2, (sum(steep),) * 2)[1]
+        return max(0, low - lost), max(0, high)
+
+
+@dataclass(frozen=True, slots=True)
+class Tall:
+    """phi(e) = gamma H(rho) e + c e^N of Theorem 1, exact.
+
+    ``H`` are coefficients >= 0, the constant first: H and its slope are nondecreasing in rho.
+    At rho = 1 it is the steepest, a ``Gain`` with k = gamma H(1).
+    """
+
+    gamma: Fraction
+    H: tuple[Fraction, ...]
+    c: Fraction
+    N: int
+
+    @property
+    def powers(self) -> int:
+        """Degree of H."""
+        return len(self.H) - 1
+
+    @property
+    def k(self) -> Fraction:
+        """The linear gain at rho = 1."""
+        return self.gamma * sum(self.H)
+
+    @property
+    def M(self) -> Fraction:
+        """There is no tanh."""
+        return Fraction(0)
+
+    @property
+    def epsilon(self) -> Fraction:
+        """There is no tanh to scale."""
+        return Fraction(1)
+
+    def steepest(self) -> Gain:
+        """Return phi at rho = 1."""
+        return Gain(self.k, self.M, self.epsilon, self.c, self.N)
+
+    def height(self, rho: Interval) -> Interval:
+        """H(rho) by Horner's rule."""
+        return _horner(self.H, rho)
+
+    def bend(self, rho: Interval) -> Interval:
+        """H'(rho)."""
+        return _horner([j * h for j, h in enumerate(self.H)][1:], rho)
+
+    def phi(self, e: Interval, rho: Interval = ONE_I) -> Interval:
+        """Range of phi."""
+        linear = mul(scale(self.gamma, self.height(rho)), e)
+        return add(linear, scale(self.c, power(e, Fraction(self.N))))
+
+    def slope_at_most(self, p: Interval, rho: Interval = ONE_I) -> Interval:
+        """L: phi' at the corner e = p, where it is largest."""
+        curved = scale(self.c * self.N, power(p, Fraction(self.N - 1)))
+        return add(scale(self.gamma, self.height(rho)), curved)
+
+
+def _horner(coefficients: Sequence[Fraction], rho: Interval) -> Interval:
+    value = ZERO_I
+    for coefficient in reversed(coefficients):
+        value = add(mul(value, rho), from_fraction(coefficient))
+    return value
+
+
+def tall_of(values: Sequence[Any], path: str) -> Tall:
+    """Check (gamma, H, c, N): phi must be odd and strictly increasing at every rho."""
+    gamma, c, N = Fraction(values[0]), Fraction(values[2]), int(values[3])
+    H = tuple(Fraction(h) for h in values[1])
+    if not 1 <= len(H) <= _MOST_POWERS or min(H) < 0 or H[0] <= 0:
+        raise MalformedError(f"{path}: H needs 1 to {_MOST_POWERS} coefficients >= 0, H(0) > 0")
+    if min(gamma, c) < 0 or gamma + c == 0:
+        raise MalformedError(f"{path}: gamma, c >= 0, not both 0, are needed")
+    if N < 3 or N % 2 == 0 or N > 63:
+        raise MalformedError(f"{path}: N = {N} is no odd number from 3 to 63")
+    return Tall(gamma, H, c, N)
 
 
 def gain_of(values: Sequence[float | int | Fraction], path: str) -> Gain:
@@ -2146,6 +2356,8 @@ class Obligations:
     ``claims`` are in the order in which a certificate must list them. ``alternative`` is U2'
     in place of the claim U2 at the same place, if the method has it. ``box`` is the reachable
     box; ``rounding`` bounds the rounding of each measured error and of u (the last entry).
+    ``laws`` are the stages of theorem3 in order, of which the last is this one, or it alone;
+    ``gains`` are those of the last one, where they depend on rho the steepest.
     """
 
     problem: Problem
@@ -2158,10 +2370,27 @@ class Obligations:
     box: dict[str, Interval]
     rounding: tuple[int, ...]
     assumptions: tuple[str, ...]
+    laws: tuple[StageLaw, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class StageLaw:
+    """One law: it is left where a measured error is beyond ``stays`` (None: never).
+
+    ``widths`` bound its errors, at the switch too; ``limit`` is more than they are measured to be
+    there.
+    """
+
+    gains: tuple[Gain | Tall, ...]
+    stays: tuple[Fraction, ...] | None
+    widths: tuple[Fraction, ...]
+    limit: tuple[int, ...]
+    reach: tuple[int, ...]
+    rounding: tuple[int, ...]
 
 
 def rounding_errors(
-    problem: Problem, gains: Sequence[Gain], p: Sequence[Fraction], center: Center
+    problem: Problem, gains: Sequence[Gain | Tall], p: Sequence[Fraction], center: Center
 ) -> tuple[int, ...]:
     """Bound the rounding of each measured error and of u in binary64, for |ê_i| <= 2 p_i.
 
@@ -2173,7 +2402,11 @@ def rounding_errors(
     t - t_0 > 1e6 s, and t - t_0 itself is rounded once. rho: at most 3 roundings of an argument
     y with |rho'(y) y| < 1.6, 8 for the function, 3 more: 32 cover it. r_1 = y_d + rho a with a
     = x_1(0) - y_d(0). phi: k e one; M e / epsilon three, times y sech^2 y <= min(|y|, 1/2); tanh
-    8 (of at most min(|y|, 1)), a product 1; c e^N N; two additions.
+    8 (of at most min(|y|, 1)), a product 1; c e^N N; two additions. H(rho) by Horner's rule: 2
+    roundings a power, and those of rho times H' <= (number of powers) H(1).
+
+    A handover adds rho times what was measured, and one addition; t - t_l has three roundings
+    of times up to 1e6 s, which rho passes on times its rate.
     """
     unit = _ROUNDING
     reference = at_zero = 0
@@ -2191,10 +2424,14 @@ def rounding_errors(
         size = scale(2 * half_width, ONE_I)
         r = center.size(i)[1]
         terms = 40 * (offset if i == 0 else r) + 4 * (r + offset * (i == 0) + size[1] + phi)
+        if center.switches:
+            moved = center.moved[1] if i == 0 else r
+            terms += 40 * moved + 2 * center.switches * (r + 2 * offset + 2 * moved)
+            terms += 4 * 10**6 * mul(problem.rhos[i].rate, (moved, moved))[1]
         errors.append((reference + at_zero) * (i == 0) + phi_error + scale(unit, (0, terms))[1] + 1)
         bend = min(scale(gain.M / gain.epsilon, size)[1], ONE)
         parts = (
-            (6 * gain.k, size[1]),
+            ((6 + 40 * gain.powers) * gain.k, size[1]),
             (20 * gain.M, bend),
             ((gain.N + 6) * gain.c, power(size, Fraction(gain.N))[1]),
         )
@@ -2207,7 +2444,11 @@ def rounding_errors(
 
 
 def derive(
-    document: object, gains: Sequence[Sequence[Any]], half_widths: Sequence[Any]
+    document: object,
+    gains: Sequence[Sequence[Any]],
+    half_widths: Sequence[Any],
+    c_0: float | Fraction | None = None,
+    stages: Sequence[Sequence[Any]] = (),
 ) -> Obligations:
     """Derive every obligation from the plant, the gains and the tube.
 
@@ -2216,9 +2457,14 @@ def derive(
     document : object
         plant.json.
     gains : Sequence[Sequence[Any]]
-        (k, M, epsilon, c, N) of phi_1..phi_n; binary64 numbers are taken exactly.
+        (k, M, epsilon, c, N) of phi_1..phi_n, for theorem1 (gamma, H, c, N); binary64 numbers
+        are taken exactly.
     half_widths : Sequence[Any]
         p_1..p_n.
+    c_0 : float or Fraction, optional
+        For theorem1: what the power terms may add to the error of alpha.
+    stages : Sequence[Sequence[Any]]
+        For theorem3: (gains, p, widened p) of the stages below the last one.
 
     Returns
     -------
@@ -2234,31 +2480,74 @@ def derive(
 
     References
     ----------
-    docs/theory.md sections 1 to 3 and 6.
+    docs/theory.md sections 1 to 3 and 6 to 8.
     """
     problem = read_plant(document)
-    n = len(problem.states)
-    if not len(gains) == len(half_widths) == n:
-        raise MalformedError(f"{n} gains and {n} half-widths are needed")
-    shapes = tuple(gain_of(g, f"gains[{i}]") for i, g in enumerate(gains))
-    p = tuple(Fraction(half_width) for half_width in half_widths)
+    if (c_0 is not None) != (problem.method == "theorem1") or len(stages) != problem.free:
+        raise MalformedError(f"design: not one of {problem.method} with {problem.free} free stages")
+    p = _widths(problem, half_widths)
+    if c_0 is not None:
+        tall = tuple(tall_of(g, f"gains[{i}]") for i, g in enumerate(_each(problem, gains)))
+        return _Theorem1(problem, tall, p, Fraction(c_0)).obligations()
+    shapes = _shapes(problem, gains)
+    center = performance_center(problem)
+    free: list[_FreeStage] = []
+    for given in stages:
+        stage = _FreeStage(
+            problem,
+            _shapes(problem, given[0]),
+            _widths(problem, given[2]),
+            center_after(center, free),
+            free,
+        )
+        stage.watch(_widths(problem, given[1]))
+        free.append(stage)
+    return _Chain(problem, shapes, p, center_after(center, free), free).obligations()
+
+
+def _each(problem: Problem, values: Sequence[Any]) -> Sequence[Any]:
+    if len(values) != len(problem.states):
+        raise MalformedError(f"{len(problem.states)} gains and half-widths are needed")
+    return values
+
+
+def _shapes(problem: Problem, gains: Sequence[Any]) -> tuple[Gain, ...]:
+    return tuple(gain_of(g, f"gains[{i}]") for i, g in enumerate(_each(problem, gains)))
+
+
+def _widths(problem: Problem, half_widths: Sequence[Any]) -> tuple[Fraction, ...]:
+    p = tuple(Fraction(half_width) for half_width in _each(problem, half_widths))
     if min(p) <= 0:
         raise MalformedError("a half-width that is not positive")
-    return _Chain(problem, shapes, p).obligations()
+    return p
 
 
 class _Chain:
-    """The recursion from X_1 to U, and the claims on its way."""
+    """The recursion from X_1 to U, and the claims on its way.
+
+    ``free`` are the chains of the stages before this one; ``mark`` tells their names apart.
+    """
+
+    mark = ""
 
     def __init__(
-        self, problem: Problem, gains: tuple[Gain, ...], half_widths: tuple[Fraction, ...]
+        self,
+        problem: Problem,
+        gains: tuple[Gain | Tall, ...],
+        half_widths: tuple[Fraction, ...],
+        center: Center,
+        free: Sequence[_FreeStage] = (),
     ) -> None:
         self.problem, self.gains, self.half_widths = problem, gains, half_widths
-        self.center = performance_center(problem)
-        self.unified = problem.method == "unified"
+        self.shapes = tuple(g if isinstance(g, Gain) else g.steepest() for g in gains)
+        self.center, self.free = center, tuple(free)
+        self.unified = problem.method in ("unified", "theorem3")
         self.n = len(gains)
         self.p = [from_fraction(width) for width in half_widths]
         self.rounding = rounding_errors(problem, gains, half_widths, self.center)
+        # With H scheduled f_bound is evaluated on smaller boxes too: one number will not do.
+        self.weaker = not any(gain.powers for gain in gains)
+        self.tapes: dict[str, tuple[tuple[str, ...], Tape]] = {}
         self.table: dict[str, Interval] = {}
         self.outer: dict[str, Interval] = dict(problem.ranges)
         self.inner: dict[str, Interval] = dict(problem.ranges)
@@ -2266,60 +2555,95 @@ class _Chain:
         self.steps: list[Obligation] = []
 
     def _put(self, key: str, i: int, value: Interval) -> Interval:
-        self.table[f"{key}[{self.problem.states[i]}]"] = value
+        self.table[f"{key}{self.mark}[{self.problem.states[i]}]"] = value
         return value
 
     def _get(self, key: str, i: int) -> Interval:
-        return self.table[f"{key}[{self.problem.states[i]}]"]
+        return self.table[f"{key}{self.mark}[{self.problem.states[i]}]"]
 
     def _extension(self, node: Node, ranges: Mapping[str, Interval]) -> Interval:
-        names = sorted(symbols(node))
-        return Tape(node, names).value(tuple(ranges[name] for name in names))
+        if node.text not in self.tapes:
+            names = tuple(sorted(symbols(node)))
+            self.tapes[node.text] = names, Tape(node, names)
+        names, tape = self.tapes[node.text]
+        return tape.value(tuple(ranges[name] for name in names))
 
-    def _majorant(self, node: Node) -> Interval:
+    def _majorant(
+        self, node: Node, boxes: Sequence[Mapping[str, Interval]] | None = None
+    ) -> Interval:
         """Sup of |node| as the natural interval extension over the reachable box gives it.
 
         The extension over the smaller, inner box is below it and encloses it from there.
         """
-        small, large = (self._extension(node, box) for box in (self.inner, self.outer))
+        small, large = (self._extension(node, box) for box in boxes or (self.inner, self.outer))
         return absolute(small)[1], absolute(large)[1]
 
-    def obligations(self) -> Obligations:
+    def walk(self) -> None:
         """Run the chain once from the first state to the last."""
         for i in range(self.n):
             try:
                 self._constants(i)
                 self._assumptions(i)
             except UndecidedError as error:
-                state = self.problem.states[i]
-                raise UndecidedError(f"over the reachable box of {state}: {error}") from None
+                place = self.problem.states[i] + self.mark.replace(".stage", " in stage ")
+                raise UndecidedError(f"over the reachable box of {place}: {error}") from None
+
+    def obligations(self) -> Obligations:
+        """Walk, and collect everything that must hold."""
+        self.walk()
         self._finish()
         alternative = None
         if self.unified:
+            handovers = self._handovers()
+            self.steps += handovers
             for i in range(self.n):
                 self._step_unified(i)
-            alternative = self._last("U2'")
+            # A late command of an earlier stage need not push inward, as U2' counts on.
+            if not (handovers and self.problem.delay[1]):
+                alternative = self._last("U2'")
             self.steps.append(self._last("U2"))
         else:
             for i in range(self.n):
                 self._step_theorem2(i)
-        claims = (*self._promises(), *self.checks, *self.steps)
+        return self._collect(alternative)
+
+    def _collect(self, alternative: Obligation | None) -> Obligations:
+        chains = (*self.free, self)
+        claims = [claim for chain in chains for claim in (*chain.checks, *chain.steps)]
+        table = {key: value for chain in chains for key, value in chain.table.items()}
         return Obligations(
             problem=self.problem,
-            gains=self.gains,
+            gains=self.shapes,
             half_widths=self.half_widths,
             center=self.center,
-            enclosures=self.table,
-            claims=(*claims, *self._limit()),
+            enclosures=table,
+            claims=(*self._promises(), *claims, *self._limit()),
             alternative=alternative,
             box=self.outer,
             rounding=self.rounding,
             assumptions=_assumed(self.problem),
+            laws=tuple(chain.law() for chain in chains),
         )
+
+    def law(self) -> StageLaw:
+        """Return what a test of the controller's law needs."""
+        steps = range(self.n)
+        return StageLaw(
+            gains=self.gains,
+            stays=self.stays(),
+            widths=self.half_widths,
+            limit=tuple(self.p[i][0] + self._get("eta", i)[0] for i in steps),
+            reach=tuple(self._get("X", i)[1] for i in steps),
+            rounding=self.rounding,
+        )
+
+    def stays(self) -> tuple[Fraction, ...] | None:
+        """Return what measured errors must stay below for the law to be kept: nothing."""
+        return None
 
     def _constants(self, i: int) -> None:
         """X_i, A_i, L_i, W_i, G_i, g_min_i, D_i, B_i, F*_i, eta_i and Lambda_i."""
-        channel, gain, center = self.problem.channels[i], self.gains[i], self.center
+        channel, gain, center = self.problem.channels[i], self.shapes[i], self.center
         state = self.problem.states[i]
         xi = self.p[i] if i == 0 else add(self.p[i], self._get("A", i - 1))
         low, high = center.low[i], center.high[i]
@@ -2399,14 +2723,12 @@ class _Chain:
         goals = [goal for a, b in pairs for goal in self._orthants(minus(a, b))]
         weak: list[Goal] = []
         bound = num(Fraction(number, ONE))
-        for a, b in pairs:
+        for a, b in pairs if self.weaker else ():
             # For g_min the number is on the other side: -g <= -number.
             node = combine([(-1, b)]) if name == "g_min" else a
             weak.append(self._goal(minus(node, bound), {}, {}))
-        state = self.problem.states[i]
-        self.checks.append(
-            Obligation(f"{name}[{state}]", statement, (), comparisons, tuple(goals), tuple(weak))
-        )
+        place = f"{name}{self.mark}[{self.problem.states[i]}]"
+        self.checks.append(Obligation(place, statement, (), comparisons, tuple(goals), tuple(weak)))
 
     def _goal(self, plain: Node, renamed: Mapping[str, Interval], signs: Mapping[str, int]) -> Goal:
         ranges = {**self.outer, **renamed}
@@ -2442,23 +2764,45 @@ class _Chain:
         return goals
 
     def _finish(self) -> None:
-        """V_n, zeta, U and the right side of the last inequality (v = 0)."""
+        """V_n, zeta, U and the right side of the last inequality (v = 0).
+
+        The commands of the stages before count in U, and with a delay in V: they may still act.
+        """
         last = self.n - 1
         gain, p, eta = self.gains[last], self.p[last], self._get("eta", last)
-        error = self.problem.actuator_error
-        error = add(error, (0, self.rounding[-1])) if self.unified else error
+        error, rounded = self.problem.actuator_error, (0, self.rounding[-1] if self.unified else 0)
         force = gain.phi(add(p, eta)) if self.unified else gain.phi(p)
-        self.table["delta_u"] = error
-        self.table["U"] = add(force, error)
-        speed = add(self._get("D", last), mul(self._get("G", last), self.table["U"]))
+        command = add(force, rounded)
+        largest = _call("max", [command, *(stage.peak for stage in self.free)])
+        self.table["delta_u"] = add(error, rounded)
+        self.table["U"] = add(largest, error)
+        held = add(largest if self.problem.delay[1] else command, error)
+        speed = add(self._get("D", last), mul(self._get("G", last), held))
         hold = add(self.problem.period, self.problem.delay)
         self.table["hold"], self.table["V"] = hold, speed
         self.table["zeta"] = add(eta, mul(hold, speed))
 
+    def _handovers(self) -> list[Obligation]:
+        """Theorem 3, containment: the tube contains every jump out of every earlier stage."""
+        if self.problem.handover != "containment":
+            return []
+        late = mul(self.problem.delay, self.table["V"])
+        return [
+            claim
+            for stage in self.free
+            for claim in stage.handovers(self.shapes, self.half_widths, late)
+        ]
+
     def _uses(self, i: int) -> tuple[str, ...]:
-        """Ids of the checks of the channels up to i, which W, G and g_min rest on."""
+        """Ids of the checks of the channels up to i, which W, G and g_min rest on.
+
+        The center, or what the last tube contains, rests on the stage before.
+        """
         names = [f"[{state}]" for state in self.problem.states[: i + 1]]
-        return tuple(c.id for c in self.checks if c.id[c.id.index("[") :] in names)
+        before = [claim for stage in self.free[-1:] for claim in stage.steps]
+        before += [claim for claim in self.steps if claim.id.startswith("T3.handover")]
+        own = [c for c in self.checks if c.id[c.id.index("[") :] in names]
+        return tuple(claim.id for claim in (*before, *own))
 
     def _demand(self, i: int) -> Interval:
         """F*_i; without a positive g_min nothing suffices."""
@@ -2513,32 +2857,392 @@ class _Chain:
         # The promise is made for the binary64 number nearest to the file's decimal.
         nearest = from_fraction(Fraction((asked[0] + asked[1]) / (2 * ONE)))
         comparison = Comparison((max(asked[0], nearest[1]),) * 2, self.p[0], ">=")
-        claims = [
-            Obligation(
-                "accuracy", "p_1 <= performance.accuracy", (), (comparison,), proof="rational"
-            )
-        ]
+        statement = "p_1 <= performance.accuracy"
+        if self.free:
+            before = ", ".join(f"{float(stage.half_widths[0])!r}" for stage in self.free)
+            statement += f" in the last stage; |e_1| <= {before} before it"
+        claims = [Obligation("accuracy", statement, (), (comparison,), proof="rational")]
         held: list[Comparison] = []
+        own = self._numbers()
+        for stage in self.free:
+            own |= stage._numbers()  # noqa: SLF001 (a chain like this one)
         for key, value in self.problem.fixed:
-            name, _, index = key.rpartition("_")
-            gain = self.gains[int(index) - 1]
-            own = getattr(gain, name) if name != "p" else self.half_widths[int(index) - 1]
-            if name == "epsilon" and not gain.M:
+            if "epsilon_" in key and own[key.replace("epsilon", "M")] == ZERO_I:
                 continue
-            distance = absolute(sub(from_fraction(Fraction(own)), value))
+            distance = absolute(sub(own.get(key, ZERO_I), value))
             allowed = scale(Fraction(1, 1 << 50), absolute(value))
+            if key.startswith("room"):
+                # eps_i is no constant of the controller but what p_i leaves beside D_i.
+                allowed = scale(Fraction(1, 1 << 30), self.p[int(key[5:]) - 1])
             held.append(Comparison(allowed, (distance[1],) * 2, ">="))
         if held:
             statement = "the numbers that synthesis fixes are kept"
             claims.append(Obligation("fixed", statement, (), tuple(held), proof="rational"))
         return claims
 
+    def _numbers(self) -> dict[str, Interval]:
+        """Return the numbers of the design, by the names that the controllers give them."""
+        found: dict[str, Interval] = {}
+        prefix = self.mark[1:] + "_" if self.mark else ""
+        for i, (gain, p) in enumerate(zip(self.gains, self.widths(), strict=True), start=1):
+            values = {key: Fraction(getattr(gain, key)) for key in _SHAPE} | {"p": p}
+            found |= {f"{prefix}{key}_{i}": from_fraction(v) for key, v in values.items()}
+        return found
+
+    def widths(self) -> tuple[Fraction, ...]:
+        """Return the half-widths that the controller contains."""
+        return self.stays() or self.half_widths
+
     def _limit(self) -> list[Obligation]:
         if self.problem.limit is None:
             return []
         comparison = Comparison(self.problem.limit, self.table["U"], ">=")
-        uses = tuple(step.id for step in self.steps if step.id.startswith("U0"))
+        uses = tuple(step.id for step in self.steps if step.id.startswith(("U0", "T1.c")))
         return [Obligation("limit", "U <= actuator.limit", uses, (comparison,))]
+
+
+def center_after(first: Center, free: Sequence[_FreeStage]) -> Center:
+    """Bound the center of the law that follows these stages (docs/theory.md section 8).
+
+    Reanchored: r_1 = y_d + rho_1 a + the sum of rhobar r_1^(l), where |r_1^(l)| is a measured
+    error of stage l, at most p^_1 + eta_1; r_i = rhobar r_i^(m), a measured state of the stage
+    just left; 0 <= rhobar <= 1. With containment the center stays.
+    """
+    if not free or free[0].problem.handover == "containment":
+        return first
+    problem, last = free[-1].problem, free[-1]
+    moved = ZERO_I
+    for stage in free:
+        law = stage.table[f"eta{stage.mark}[{problem.states[0]}]"]
+        moved = add(moved, add(stage.p[0], law))
+    low, high = [sub(first.low[0], moved)], [add(first.high[0], moved)]
+    rate = [add(first.rate[0], mul(problem.rhos[0].rate, moved))]
+    factor = Fraction(2 if problem.anchor == "exact" else 1)
+    for state, delta, rho in zip(
+        problem.states[1:], problem.delta[1:], problem.rhos[1:], strict=True
+    ):
+        latched = add(last.table[f"X{last.mark}[{state}]"], scale(factor, delta))
+        low.append(neg(latched))
+        high.append(latched)
+        rate.append(mul(rho.rate, latched))
+    return Center(tuple(low), tuple(high), tuple(rate), first.offset, moved, len(free))
+
+
+class _FreeStage(_Chain):
+    """A stage of theorem3 below the last one: its chain on the widened tube p^.
+
+    It proves nothing but that |e_i| <= p^_i as long as it is kept, and at the switch: at the
+    samples |ê_i| <= p_i, so |e_i| <= p_i + eta_i, and between two of them |de_i| <= V_i.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        gains: tuple[Gain, ...],
+        half_widths: tuple[Fraction, ...],
+        center: Center,
+        free: Sequence[_FreeStage],
+    ) -> None:
+        super().__init__(problem, gains, half_widths, center, free)
+        self.mark = f".stage{len(self.free) + 1}"
+        self.watched: tuple[Fraction, ...] = ()
+        self.peak = ZERO_I
+
+    def stays(self) -> tuple[Fraction, ...]:
+        """Return p_i, what the measured errors are watched against."""
+        return self.watched
+
+    def watch(self, half_widths: tuple[Fraction, ...]) -> None:
+        """Claim p^_i > p_i + eta_i + h V_i for the watched p; every command so far may act."""
+        self.watched = half_widths
+        self.walk()
+        last, number = self.n - 1, len(self.free) + 1
+        force = self.gains[last].phi(from_fraction(half_widths[last]))
+        self.peak = self.table[f"U{self.mark}"] = add(force, (0, self.rounding[-1]))
+        largest = _call("max", [stage.peak for stage in (*self.free, self)])
+        for i in range(self.n):
+            if i < last:
+                pull = add(add(self.p[i + 1], self._get("s", i)), self._get("A", i))
+            else:
+                pull = add(largest, self.problem.actuator_error)
+            speed = self._put("V", i, add(self._get("D", i), mul(self._get("G", i), pull)))
+            drift = mul(self.problem.period, speed)
+            needed = add(from_fraction(half_widths[i]), add(self._get("eta", i), drift))
+            j = i + 1
+            self.steps.append(
+                Obligation(
+                    f"T3.stage{number}[{self.problem.states[i]}]",
+                    f"p^_{j} > p_{j} + eta_{j} + h V_{j} in stage {number}",
+                    self._uses(i),
+                    (Comparison(self.p[i], needed),),
+                )
+            )
+
+    def handovers(
+        self, later: Sequence[Gain], half_widths: Sequence[Fraction], late: Interval
+    ) -> list[Obligation]:
+        """Claim p_i > p^_i + Delta_i of a switch into the last stage, with what is late at x_n.
+
+        A switch passes over every stage whose tube the errors are outside of, so each stage is
+        followed by the last one at the same sample.
+        """
+        jump, last, number = ZERO_I, self.n - 1, len(self.free) + 1
+        claims: list[Obligation] = []
+        for i in range(self.n):
+            reached = add(self.p[i], self._put("Delta", i, jump))
+            reached = add(reached, late) if i == last else reached
+            j = i + 1
+            claims.append(
+                Obligation(
+                    f"T3.handover{number}[{self.problem.states[i]}]",
+                    f"p_{j} > p^_{j} + Delta_{j}{' + tau V' * (i == last)} out of stage {number}",
+                    tuple(claim.id for claim in self.steps),
+                    (Comparison(from_fraction(half_widths[i]), reached),),
+                )
+            )
+            if i < last:
+                jump = later[i].jump(jump, self.shapes[i], self.p[i])
+        return claims
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """The constants of one step of Theorem 1 over an interval of rho (docs/theory.md section 7).
+
+    D bounds |ê_i - e_i|, delta what that does to alpha_i; load is |f_i + d_i - drho x_i(0)
+    - d alpha_{i-1} + rho x_{i+1}(0)|, needed what H must be, coupled |d alpha_i|; D_slope and
+    delta_slope are derivatives in rho. All of them grow with rho.
+    """
+
+    p: Interval
+    D: Interval
+    D_slope: Interval
+    xi: Interval
+    A: Interval
+    L: Interval
+    force: Interval
+    W: Interval
+    load: Interval
+    needed: Interval
+    H: Interval
+    delta: Interval
+    delta_slope: Interval
+
+
+_CELLS = 3000
+
+
+class _Theorem1(_Chain):
+    """Theorem 1, sound form: dx_i = f_i + x_{i+1}, errors made of the true starts.
+
+    phi_i = gamma_i H_i(rho) e + c_i e^N_i, |e_i| <= p_i(rho) = D_i(rho) + eps_i. At that wall
+    sgn(e_i) de_i <= load + p_{i+1} - phi_i(p_i), i < n, which must be below the motion
+    dp_i/dt >= -rhoM dD_i/drho of the wall; p_{i+1} = 2 delta_{i+1} + gamma_i H_i D_i + c_0 +
+    eps_{i+1}, so with H_i >= load + rhoM dD_i/drho it suffices that
+
+        gamma_i H_i eps_i + c_i p_i^N > H_i + c_0 + 2 delta_{i+1} + eps_{i+1}.
+
+    For i = n the law's |phi_n(ê_n) - phi_n(e_n)| <= gamma_n H_n D_n + c_0 stands for p_{n+1}.
+    The inequality is affine in H_i, and p_i is least at the least rho: the two ends of rho are
+    enough. That H_i dominates is proved on cells of rho, H_i at the lower end of each against
+    the rest at its upper end; the tables are those at rho = 1 over all starts and times.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        gains: tuple[Tall, ...],
+        half_widths: tuple[Fraction, ...],
+        c_0: Fraction,
+    ) -> None:
+        super().__init__(problem, gains, half_widths, performance_center(problem))
+        self.tall, self.c_0 = gains, c_0
+        self.rooms: list[Interval] = []
+        self.levels: list[Level] = []
+
+    def _before(self, i: int, levels: Sequence[Level]) -> tuple[Interval, Interval]:
+        """D_i and its derivative in rho: the measurement, and what it did to alpha_{i-1}."""
+        measured = scale(Fraction(2), self.problem.delta[i])
+        if i == 0:
+            return measured, ZERO_I
+        return add(measured, levels[i - 1].delta), levels[i - 1].delta_slope
+
+    def _coupled(self, i: int, p: Interval, levels: Sequence[Level], rho: Interval) -> Interval:
+        """|d alpha_{i-1}| <= L (load + p_i + A) + gamma H' rhoM p, everything of step i - 1."""
+        if i == 0:
+            return ZERO_I
+        level, gain = levels[i - 1], self.tall[i - 1]
+        motion = mul(scale(gain.gamma, gain.bend(rho)), mul(self.problem.rhos[0].rate, level.p))
+        return add(mul(level.L, add(add(level.load, p), level.A)), motion)
+
+    def _level(
+        self,
+        i: int,
+        rho: Interval,
+        levels: Sequence[Level],
+        reach: tuple[Interval, Interval],
+        boxes: Sequence[dict[str, Interval]],
+    ) -> Level:
+        """One step; reach are the ends of r_i = rho x_i(0), boxes the inner and the outer one."""
+        gain, channel, state = self.tall[i], self.problem.channels[i], self.problem.states[i]
+        D, D_slope = self._before(i, levels)
+        p = add(D, self.rooms[i]) if i < len(self.rooms) else self.p[i]
+        coupled = self._coupled(i, p, levels, rho)
+        xi = p if i == 0 else add(p, levels[i - 1].A)
+        low, high = reach
+        inner, outer = boxes
+        outer[state] = (low[0] - xi[1], high[1] + xi[1])
+        narrow = (low[1] - xi[0], high[0] + xi[0])
+        inner[state] = narrow if narrow[0] <= narrow[1] else outer[state]
+        bounded = channel.f_bound if channel.f_bound is not None else channel.f
+        force = self._majorant(bounded if bounded is not None else NOTHING, boxes)
+        W = add(add(force, self._majorant(channel.disturbance, boxes)), self.center.rate[i])
+        ahead = ZERO_I
+        if i + 1 < self.n:
+            most = absolute(self.problem.starts[i + 1])[1]
+            ahead = mul(rho, (most, most))
+        load = add(add(W, coupled), ahead)
+        H = gain.height(rho)
+        moved = add(mul(gain.bend(rho), D), mul(H, D_slope))
+        return Level(
+            p=p,
+            D=D,
+            D_slope=D_slope,
+            xi=xi,
+            A=gain.phi(p, rho),
+            L=gain.slope_at_most(p, rho),
+            force=force,
+            W=W,
+            load=load,
+            needed=add(load, mul(self.problem.rhos[0].rate, D_slope)),
+            H=H,
+            delta=add(mul(scale(gain.gamma, H), D), from_fraction(self.c_0)),
+            delta_slope=scale(gain.gamma, moved),
+        )
+
+    def _constants(self, i: int) -> None:
+        """Everything at rho = 1, over all times and starts."""
+        reach = (self.center.low[i], self.center.high[i])
+        level = self._level(i, ONE_I, self.levels, reach, (self.inner, self.outer))
+        for node in self.problem.channels[i].partial:
+            self._extension(node, self.outer)
+        for key, value in (
+            ("xi", level.xi),
+            ("X", add(self.center.size(i), level.xi)),
+            ("r_lower", reach[0]),
+            ("r_upper", reach[1]),
+            ("A", level.A),
+            ("L", level.L),
+            ("f_star", level.force),
+            ("W", level.W),
+            ("D", add(level.W, self._coupled(i, level.p, self.levels, ONE_I))),
+            ("eta", level.D),
+            ("Lambda", level.delta),
+            ("H", level.H),
+            ("H_needed", level.needed),
+            ("epsilon", sub(level.p, level.D)),
+            ("g_min", ONE_I),
+            ("G", ONE_I),
+        ):
+            self._put(key, i, value)
+        if i:
+            self._put("B", i - 1, self._coupled(i, level.p, self.levels, ONE_I))
+        self.levels.append(level)
+
+    def _cell(self, rho: Interval) -> list[Level]:
+        """All steps for every rho in an interval; its boxes are parts of the reachable one."""
+        levels: list[Level] = []
+        boxes = (dict(self.problem.ranges), dict(self.problem.ranges))
+        for i, start in enumerate(self.problem.starts):
+            low, high = mul(rho, start)
+            reach = ((low, low + 2), (high - 2, high))
+            levels.append(self._level(i, rho, levels, reach, boxes))
+        return levels
+
+    def _dominates(self) -> list[Comparison]:
+        """H_i against what it must be: the cell of rho with the least room, for every i."""
+        if self.weaker:
+            return [_domination(level) for level in self.levels]
+        worst: dict[int, Comparison] = {}
+        refuted: dict[int, Comparison] = {}
+        cells = [(self.problem.rhos[0].floor[0], ONE)]
+        for _ in range(_CELLS):
+            if not cells:
+                break
+            rho = cells.pop()
+            found = dict(enumerate(_domination(level) for level in self._cell(rho)))
+            if any(found[i].verdict() != "proved" for i in found.keys() - refuted.keys()):
+                # At a single rho both sides are numbers: there it may be refuted.
+                middle = (rho[0] + rho[1]) >> 1
+                at_one = enumerate(_domination(level) for level in self._cell((middle, middle)))
+                refuted |= {i: entry for i, entry in at_one if entry.verdict() == "refuted"}
+                cells += [(middle, rho[1]), (rho[0], middle)]
+                continue
+            for i in found.keys() - refuted.keys():
+                if i not in worst or _room(found[i]) < _room(worst[i]):
+                    worst[i] = found[i]
+        if cells:
+            # The cells are used up: what is not refuted is undecided.
+            worst = {i: Comparison((-1, a.H[1]), a.needed, ">=") for i, a in enumerate(self.levels)}
+        return [(worst | refuted)[i] for i in range(self.n)]
+
+    def obligations(self) -> Obligations:
+        """Walk at rho = 1, then claim T1.p, T1.H, T1.c and T1.gamma of every step."""
+        self.walk()
+        self.rooms = [self._get("epsilon", i) for i in range(self.n)]
+        least = self.problem.rhos[0].floor[0]
+        first = self.levels if self.weaker else self._cell((least, least))
+        last, top = self.tall[-1], self.levels[-1]
+        self.table["U"] = last.phi(add(top.p, top.D))
+        c_0 = from_fraction(self.c_0)
+        dominated = self._dominates()
+        for i, (gain, level) in enumerate(zip(self.tall, self.levels, strict=True)):
+            N, j, state = Fraction(gain.N), i + 1, self.problem.states[i]
+            swing = scale(gain.c, sub(power(add(level.p, level.D), N), power(level.p, N)))
+            credit = scale(gain.c, power(first[i].p, N))
+            ahead = c_0
+            if j < self.n:
+                ahead = add(add(c_0, scale(Fraction(2), self.problem.delta[j])), self.rooms[j])
+            walls = [
+                Comparison(
+                    add(mul(scale(gain.gamma, height), self.rooms[i]), credit), add(height, ahead)
+                )
+                for height in ([first[i].H, level.H] if gain.powers else [level.H])
+            ]
+            before = (f"T1.c[{self.problem.states[i - 1]}]",) if i else ()
+            inside, beside = f"T1.p[{state}]", f"T1.c[{state}]"
+            wall = f"gamma_{j} H_{j} eps_{j} + c_{j} p_{j}^N > H_{j} + c_0"
+            wall += f" + 2 delta_{j + 1} + eps_{j + 1}" if j < self.n else ""
+            swings = f"c_{j} ((p_{j} + D_{j})^N - p_{j}^N) <= c_0"
+            covers = f"H_{j}(rho) >= H0_{j}(rho) for every rho"
+            claims = {
+                "p": (f"p_{j} > D_{j}", before, [Comparison(level.p, level.D)]),
+                "H": (covers, (*self._uses(i), inside), [dominated[i]]),
+                "c": (swings, (inside,), [Comparison(c_0, swing, ">=")]),
+                "gamma": (wall, (f"T1.H[{state}]", beside), walls),
+            }
+            for name, (statement, uses, comparisons) in claims.items():
+                place = f"T1.{name}[{state}]"
+                self.steps.append(Obligation(place, statement, uses, tuple(comparisons)))
+        return self._collect(None)
+
+    def _numbers(self) -> dict[str, Interval]:
+        found = {"c_0": from_fraction(self.c_0)}
+        for i, (gain, p) in enumerate(zip(self.tall, self.half_widths, strict=True), start=1):
+            values = {"gamma": gain.gamma, "c": gain.c, "N": Fraction(gain.N), "p": p}
+            found |= {f"{key}_{i}": from_fraction(value) for key, value in values.items()}
+            found |= {f"H_{i}_{j}": from_fraction(h) for j, h in enumerate(gain.H)}
+            found[f"room_{i}"] = self.rooms[i - 1]
+        return found
+
+
+def _domination(level: Level) -> Comparison:
+    return Comparison(level.H, level.needed, ">=")
+
+
+def _room(comparison: Comparison) -> Fraction:
+    """Distance of the two sides relative to the larger one."""
+    return Fraction(comparison.lhs[0] - comparison.rhs[1], max(1, comparison.rhs[1]))
 
 
 def without_common_power(node: Node) -> Node:
@@ -2596,9 +3300,14 @@ def _assumed(problem: Problem) -> tuple[str, ...]:
             )
         if channel.g is None:
             lines.append(f"g of {state} stays between g_min and g_bound (no g is declared)")
-    if problem.method == "theorem2":
-        lines.append("the rounding of the controller's own arithmetic is neglected (theorem2)")
-        lines.append("measurement and actuation are exact and continuous (theorem2)")
+    if problem.method in ("theorem1", "theorem2"):
+        measured = "measurement is continuous and actuation exact"
+        if problem.method == "theorem2":
+            measured = "measurement and actuation are exact and continuous"
+        lines.append(
+            f"the rounding of the controller's own arithmetic is neglected ({problem.method})"
+        )
+        lines.append(f"{measured} ({problem.method})")
     return tuple(lines)
 
 
@@ -2607,7 +3316,9 @@ def _assumed(problem: Problem) -> tuple[str, ...]:
 
 THEOREMS = {
     "unified": "Theorem U (docs/theory.md section 3)",
+    "theorem1": "Theorem 1, sound form (docs/theory.md section 7)",
     "theorem2": "Theorem 2, sound form (docs/theory.md section 2)",
+    "theorem3": "Theorem 3, sound form (docs/theory.md section 8)",
 }
 
 
@@ -2682,43 +3393,84 @@ def read_double(value: object, path: str) -> float:
     return number
 
 
+Gains = tuple[tuple[Any, ...], ...]
+
+
 @dataclass(frozen=True, slots=True)
 class Design:
-    """What the certificate is about: the numbers that the controller contains."""
+    """What the certificate is about: the numbers that the controller contains.
 
-    gains: tuple[tuple[float, float, float, float, int], ...]
+    ``gains`` are (k, M, epsilon, c, N), with c_0 (gamma, H, c, N). ``stages`` are (gains, p,
+    widened p) of the free stages of theorem3; neither c_0 nor the widened p is in the code.
+    """
+
+    gains: Gains
     p: tuple[float, ...]
     u_max: float
+    c_0: float | None = None
+    stages: tuple[tuple[Gains, tuple[float, ...], tuple[float, ...]], ...] = ()
 
     def constants(self) -> dict[str, float | int]:
         """Return the numbers by the names that the controllers give them."""
-        found: dict[str, float | int] = {}
-        for i, (gain, p) in enumerate(zip(self.gains, self.p, strict=True), start=1):
-            names = ("k", "M", "epsilon", "c", "N")
-            found |= {f"{name}_{i}": value for name, value in zip(names, gain, strict=True)}
-            found[f"p_{i}"] = p
+        found = _constants("", self.gains, self.p)
+        for number, (gains, p, _) in enumerate(self.stages, start=1):
+            found |= _constants(f"stage{number}_", gains, p)
         return {**found, "U_MAX": self.u_max}
 
+    def obligations(self, plant: object) -> Obligations:
+        """Derive what must hold for this design of a plant."""
+        if self.c_0 is None and not self.stages:
+            return derive(plant, self.gains, self.p)
+        return derive(plant, self.gains, self.p, self.c_0, self.stages)
 
-def _items(value: object, path: str, most: int) -> list[Any]:
-    if not isinstance(value, (list, tuple)) or len(value) > most:
-        raise MalformedError(f"{path}: a list of at most {most} entries is expected")
-    return list(value)
+
+def _constants(prefix: str, gains: Gains, p: Sequence[float]) -> dict[str, float | int]:
+    found: dict[str, float | int] = {}
+    for i, (gain, width) in enumerate(zip(gains, p, strict=True), start=1):
+        values = dict(zip(_SHAPE, gain, strict=False))
+        if len(gain) == len(_TALL):
+            values = dict(zip(_TALL, gain, strict=True))
+            found |= {f"{prefix}H_{i}_{j}": h for j, h in enumerate(values.pop("H"))}
+        found |= {f"{prefix}{name}_{i}": value for name, value in values.items()}
+        found[f"{prefix}p_{i}"] = width
+    return found
 
 
 def read_design(value: object) -> Design:
-    """Read gains, tube and clamp."""
-    design = fields(value, "design", "p gains U_MAX")
-    gains: list[tuple[float, float, float, float, int]] = []
-    for i, given in enumerate(_items(design["gains"], "design.gains", 12)):
-        path = f"design.gains[{i}]"
-        gain = fields(given, path, "k M epsilon c N")
+    """Read gains, tube and clamp; c_0 of theorem1, the stages of theorem3."""
+    design = fields(value, "design", "p gains U_MAX", "c_0 stages")
+    keys = _TALL if "c_0" in design else _SHAPE
+    stages = []
+    for j, given in enumerate(_list(design.get("stages", []), "design.stages", _MOST_STAGES)):
+        path = f"design.stages[{j}]"
+        stage = fields(given, path, "p gains widened")
+        p, widened = (_read_doubles(stage[key], f"{path}.{key}") for key in ("p", "widened"))
+        stages.append((_read_gains(stage["gains"], f"{path}.gains", _SHAPE), p, widened))
+    gains, p = _read_gains(design["gains"], "design.gains", keys), _read_doubles(design["p"], "p")
+    c_0 = read_double(design["c_0"], "design.c_0") if "c_0" in design else None
+    if any(len(own) != len(gains) for own in (p, *(part for s in stages for part in s))):
+        raise MalformedError("design: not one gain and one p for every state")
+    return Design(gains, p, read_double(design["U_MAX"], "design.U_MAX"), c_0, tuple(stages))
+
+
+def _read_gains(value: object, path: str, keys: Sequence[str]) -> Gains:
+    gains: list[tuple[Any, ...]] = []
+    for i, given in enumerate(_list(value, path, 12)):
+        gain = fields(given, f"{path}[{i}]", " ".join(keys))
         if type(gain["N"]) is not int:
-            raise MalformedError(f"{path}.N: an integer is expected")
-        k, M, epsilon, c = (read_double(gain[key], path) for key in ("k", "M", "epsilon", "c"))
-        gains.append((k, M, epsilon, c, gain["N"]))
-    p = tuple(read_double(item, "design.p") for item in _items(design["p"], "design.p", 12))
-    return Design(tuple(gains), p, read_double(design["U_MAX"], "design.U_MAX"))
+            raise MalformedError(f"{path}[{i}].N: an integer is expected")
+        numbers: dict[str, Any] = {"N": gain["N"]}
+        for key in keys:
+            if key == "H":
+                numbers[key] = _read_doubles(gain[key], f"{path}[{i}].H")
+            elif key != "N":
+                numbers[key] = read_double(gain[key], f"{path}[{i}]")
+        gains.append(tuple(numbers[key] for key in keys))
+    return tuple(gains)
+
+
+def _read_doubles(value: object, path: str) -> tuple[float, ...]:
+    return tuple(read_double(item, path) for item in _list(value, path, 12))
 
 
 def check_documents(plant: object, certificate: object) -> Report:
@@ -2755,7 +3507,7 @@ def _checked_documents(plant: object, certificate: object) -> tuple[Report, Obli
         raise MalformedError(f"certificate.json: format {top['format']!r}")
     text_of(top["tool"], "tool")
     design = read_design(top["design"])
-    obligations = derive(plant, design.gains, design.p)
+    obligations = design.obligations(plant)
     if not isinstance(plant, Mapping) or top["plant_sha256"] != plant["plant_sha256"]:
         raise MalformedError("plant_sha256: the certificate is about another plant file")
     if top["theorem"] != THEOREMS[obligations.problem.method]:
@@ -2780,7 +3532,7 @@ def _checked_documents(plant: object, certificate: object) -> tuple[Report, Obli
 
 def _claims(value: object) -> dict[str, dict[str, Any]]:
     claims: dict[str, dict[str, Any]] = {}
-    for j, given in enumerate(_items(value, "claims", 200)):
+    for j, given in enumerate(_list(value, "claims", 200)):
         claim = fields(given, f"claims[{j}]", "id uses proof", "lhs rhs")
         name = text_of(claim["id"], f"claims[{j}].id")
         if name in claims:
@@ -2805,7 +3557,7 @@ def _check_structure(claims: Mapping[str, Mapping[str, Any]], expected: list[Obl
     for name, claim in claims.items():
         if name not in by_id:
             raise MalformedError(f"claims: {name} is not an obligation of this plant")
-        uses = [text_of(use, f"{name}.uses") for use in _items(claim["uses"], name, 200)]
+        uses = [text_of(use, f"{name}.uses") for use in _list(claim["uses"], name, 200)]
         late = [use for use in uses if use in claims and use not in seen]
         if late:
             raise MalformedError(f"claims: {name} uses {late[0]}, which is not before it")
@@ -2856,16 +3608,20 @@ def check_claim(obligation: Obligation, proof: object) -> Result:
     """Check one proof: comparisons by their enclosures, goals by the trees that are hinted."""
     hint = fields(proof, f"{obligation.id}.proof", "kind", "trees")
     kind = hint["kind"]
-    allowed = {obligation.proof} | ({"bisect", "corner"} if obligation.pointwise else set())
+    allowed = {obligation.proof} | ({"bisect"} if obligation.pointwise else set())
+    allowed |= {"corner"} if obligation.pointwise and obligation.corner else set()
     if kind not in allowed or ("trees" in hint) == (kind in ("eval", "rational")):
         raise MalformedError(f"{obligation.id}: a proof by {kind!r} with these fields")
     first = obligation.comparisons[0] if obligation.comparisons else None
     lhs, rhs = (to_doubles(first.lhs), to_doubles(first.rhs)) if first else (None, None)
-    verdicts = [comparison.verdict() for comparison in obligation.comparisons]
-    verdict = next((v for v in ("refuted", "undecided") if v in verdicts), "proved")
-    detail, witness = "", None
-    if verdict != "proved" and first:
-        detail = f"{lhs} {first.relation} {rhs} does not hold"
+    failed = [c for c in obligation.comparisons if c.verdict() != "proved"]
+    verdict = next(
+        (v for v in ("refuted", "undecided") if v in map(Comparison.verdict, failed)), ""
+    )
+    verdict, detail, witness = verdict or "proved", "", None
+    if failed:
+        sides = (to_doubles(failed[0].lhs), to_doubles(failed[0].rhs))
+        detail = f"{sides[0]} {failed[0].relation} {sides[1]} does not hold"
     elif obligation.pointwise:
         verdict, detail, witness = _check_goals(obligation, kind, hint.get("trees"))
     point = tuple(sorted(witness.items())) if witness else ()
@@ -2876,7 +3632,7 @@ def _check_goals(
     obligation: Obligation, kind: str, trees: object
 ) -> tuple[str, str, dict[str, float] | None]:
     goals = obligation.corner if kind == "corner" else obligation.pointwise
-    hints = [[-1]] * len(goals) if trees is None else _items(trees, "trees", len(goals))
+    hints = [[-1]] * len(goals) if trees is None else _list(trees, "trees", len(goals))
     if len(hints) != len(goals):
         raise MalformedError(f"{obligation.id}: {len(goals)} trees are needed")
     held = all(check_tree(goal, tree) for goal, tree in zip(goals, hints, strict=True))
@@ -2897,7 +3653,7 @@ def check_tree(goal: Goal, tree: object) -> bool:
     """Walk a bisection tree in pre-order: a dimension to cut at the middle, or -1 for a leaf."""
     tape, box = goal.tape(goal.node)
     stack, held = [box], True
-    for entry in _items(tree, "trees", 4_000):
+    for entry in _list(tree, "trees", 4_000):
         if not stack:
             raise MalformedError("trees: entries are left over")
         part = stack.pop()
@@ -3052,7 +3808,8 @@ def _check_constants(path: str, source: str, name: str, design: Design) -> None:
             raise MalformedError(f"{path}: {line[:60]!r} among the certified constants")
         key = match.group(1)
         # What the law does not use (an exponent, a gain of 0) may stand in a comment.
-        if line.startswith("/*") and not (key[0] == "N" or _unused(key, wanted)):
+        exponent = re.fullmatch(r"(stage\d+_)?N_\d+", key)
+        if line.startswith("/*") and not (exponent or _unused(key, wanted)):
             raise MalformedError(f"{path}: {key} stands in a comment only")
         found[key] = match.group(2)
     rest = "\n".join([*lines[: starts[0]], *lines[ends[0] :]])
@@ -3131,8 +3888,15 @@ def screening_limits(obligations: Obligations) -> dict[str, int]:
         low, high = over_time(problem.reference or NOTHING, {}, 0)
         largest = max(-low[0], high[1])
     limits = {"y_d_limit": largest, "elapsed_limit": 10**6 * ONE}
-    for i, state in enumerate(problem.states):
-        limits[f"x_limit_{i + 1}"] = obligations.enclosures[f"X[{state}]"][1] + problem.delta[i][1]
+    laws = obligations.laws
+    for i, delta in enumerate(problem.delta):
+        limits[f"x_limit_{i + 1}"] = max(law.reach[i] for law in laws) + delta[1]
+    # Without a new center one sample may pass over a stage whose errors nothing is known of.
+    left = laws[:-1] if problem.handover == "reanchor" else laws[:-1][:1]
+    for number, law in enumerate(left, start=1):
+        for i, limit in enumerate(law.limit):
+            # Computed in binary64 by who made the folder: a few ulp are no difference.
+            limits[f"stage{number}_limit_{i + 1}"] = limit - (limit >> 30)
     return limits
 
 
@@ -3171,7 +3935,7 @@ _IMPORTED = {
     "collections.abc": {"Sequence"},
     "math": {name for name in dir(math) if not name.startswith("_")},
 }
-_BUILTINS = {"abs", "bool", "float", "int", "len", "staticmethod", "property"}
+_BUILTINS = {"abs", "bool", "float", "int", "len", "staticmethod", "property", "tuple"}
 _BUILTINS |= {"OverflowError", "ValueError", "ZeroDivisionError"}
 
 
@@ -3216,7 +3980,8 @@ def _reason(item: ast.AST) -> str:
         return "" if plain and not item.level else f"an import from {item.module}"
     if isinstance(item, ast.Attribute):
         owner = item.value.id if isinstance(item.value, ast.Name) else ""
-        own = item.attr in ("status", "reset") or re.fullmatch(r"_[a-z][a-z0-9_]*", item.attr)
+        own = item.attr in ("status", "stage", "reset")
+        own = own or bool(re.fullmatch(r"_[a-z][a-z0-9_]*", item.attr))
         reads = owner == "math" and item.attr in _IMPORTED["math"]
         if (owner == "self" and own) or (reads and isinstance(item.ctx, ast.Load)):
             return ""
@@ -3233,38 +3998,104 @@ def _reason(item: ast.AST) -> str:
     )
 
 
+@dataclass(frozen=True, slots=True)
+class Memory:
+    """What a correct controller has latched: a start, and the switches since then.
+
+    ``moves`` are (time, measured error of x_1) of each handover that made a new center, and
+    ``renewed`` the time of the last one; all times are t - t_0.
+    """
+
+    start: tuple[float, ...]
+    stage: int = 0
+    moves: tuple[tuple[Fraction, Interval], ...] = ()
+    renewed: Fraction = Fraction(0)
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """Enclosures of u and of the measured errors, of the centers r_i, and the performance rho_i."""
+
+    u: Interval
+    errors: tuple[Interval, ...]
+    centers: tuple[Interval, ...]
+    levels: tuple[Interval, ...]
+
+
+def _level_at(rho: Rho, time: Fraction) -> Interval:
+    s = from_fraction(time)
+    if rho.end is None or s[0] < rho.end[1]:
+        return Tape(rho.node, ("t",)).value((s,))
+    return ZERO_I
+
+
 def law_enclosure(
     obligations: Obligations,
     time: Fraction,
     x: Sequence[float],
-    start: Sequence[float],
+    memory: Memory,
     references: tuple[float, float] | None,
-) -> tuple[Interval, list[Interval]]:
-    """Enclose what a correct controller returns, and its measured errors' centers r_i.
+) -> Step:
+    """Enclose what a correct controller computes in the stage that it is in.
 
-    time is t - t_0, x the sample, start the latched one, references (y_d, y_d at the latch) if
-    they are passed in. The rounding that the certificate allows is added step by step.
+    time is t - t_0, x the sample, references (y_d, y_d at the latch) if they are passed in. The
+    rounding that the certificate allows is added step by step.
     """
-    problem = obligations.problem
-    s = from_fraction(time)
+    problem, law = obligations.problem, obligations.laws[memory.stage]
     if references is not None:
         y, y_0 = (from_fraction(Fraction(value)) for value in references)
     else:
         tape = Tape(problem.reference or NOTHING, ("t",))
-        y, y_0 = tape.value((s,)), tape.value((ZERO_I,))
-    phi, centers = ZERO_I, []
-    for i, (rho, gain) in enumerate(zip(problem.rhos, obligations.gains, strict=True)):
-        level = ZERO_I
-        if rho.end is None or s[0] < rho.end[1]:
-            level = Tape(rho.node, ("t",)).value((s,))
-        latched = from_fraction(Fraction(start[i]))
+        y, y_0 = tape.value((from_fraction(time),)), tape.value((ZERO_I,))
+    phi: Interval = ZERO_I
+    errors, centers, levels = [], [], []
+    for i, (rho, gain) in enumerate(zip(problem.rhos, law.gains, strict=True)):
+        level = _level_at(rho, time if i == 0 else time - memory.renewed)
+        latched = from_fraction(Fraction(memory.start[i]))
         r = add(y, mul(level, sub(latched, y_0))) if i == 0 else mul(level, latched)
-        centers.append(r)
-        slack = obligations.rounding[i]
+        for moment, moved in memory.moves if i == 0 else ():
+            r = add(r, mul(_level_at(rho, time - moment), moved))
+        slack = law.rounding[i]
         e = add(sub(from_fraction(Fraction(x[i])), r), phi)
-        phi = gain.phi((e[0] - slack, e[1] + slack))
-    slack = obligations.rounding[-1]
-    return (-phi[1] - slack, -phi[0] + slack), centers
+        e = (e[0] - slack, e[1] + slack)
+        phi = gain.phi(e, level)
+        errors.append(e)
+        centers.append(r)
+        levels.append(level)
+    slack = law.rounding[-1]
+    u = (-phi[1] - slack, -phi[0] + slack)
+    return Step(u, tuple(errors), tuple(centers), tuple(levels))
+
+
+def follow(
+    obligations: Obligations,
+    time: Fraction,
+    x: Sequence[float],
+    memory: Memory,
+    references: tuple[float, float] | None,
+) -> tuple[Step, Memory]:
+    """Leave every stage whose half-widths the sample is outside of, as docs/theory.md section 8."""
+    while True:
+        step = law_enclosure(obligations, time, x, memory, references)
+        stays = obligations.laws[memory.stage].stays
+        if stays is None:
+            return step, memory
+        widths = [from_fraction(p) for p in stays]
+        pairs = list(zip(step.errors, widths, strict=True))
+        if all(-p[0] <= e[0] and e[1] <= p[0] for e, p in pairs):
+            return step, memory
+        if not any(e[0] > p[1] or e[1] < -p[1] for e, p in pairs):
+            raise UndecidedError("a sample on the border between two stages")
+        if obligations.problem.handover == "containment":
+            memory = replace(memory, stage=memory.stage + 1)
+            continue
+        # x_1(0) belongs to the offset, which stays; the others start anew.
+        memory = Memory(
+            start=(memory.start[0], *x[1:]),
+            stage=memory.stage + 1,
+            moves=(*memory.moves, (time, step.errors[0])),
+            renewed=time,
+        )
 
 
 class _Screened(importlib.abc.InspectLoader):
@@ -3284,8 +4115,9 @@ def check_controller(path: Path, obligations: Obligations, design: Design) -> in
 
     Eight starts, 25 samples each, from a fixed sequence; the times reach from 0 to 9e5 s and a
     sample is made from errors chosen inside the tube. A law with another sign, gain or formula
-    is far outside. After each start come samples that no law may be applied to, and one that is
-    outside the tube: the status must say so.
+    is far outside. Of a law in stages seven starts are driven out of every stage, three of them
+    late; its stage must be the right one at each sample. After each start come samples that no
+    law may be applied to, and one that is outside the tube: the status must say so.
     """
     sys.dont_write_bytecode = True
     loader = _Screened(_read(path).decode())
@@ -3301,15 +4133,17 @@ def check_controller(path: Path, obligations: Obligations, design: Design) -> in
         return lo + (hi - lo) * (state / (1 << 64))
 
     problem = obligations.problem
-    count = 0
+    count, last = 0, len(obligations.laws)
     try:
         spec.loader.exec_module(module)
-        for _ in range(8):
+        for run in range(8):
             controller = module.Controller()
             t_0 = draw(0.0, 10.0)
             bound = problem.reference_bounds if problem.reference is None else None
             start = [draw(lo / ONE, hi / ONE) for lo, hi in problem.starts]
-            first, previous = 0.0, t_0
+            first, previous, memory = 0.0, t_0, Memory(tuple(start))
+            # Every second sample from here on leaves a stage.
+            leaves = (0, 3, 13)[(run > 0) + (run > 4)]
             if bound:
                 first = _possible_reference(problem, start[0], draw(-1.0, 1.0))
             for j in range(25):
@@ -3321,12 +4155,16 @@ def check_controller(path: Path, obligations: Obligations, design: Design) -> in
                 elapsed = Fraction(t) - Fraction(t_0)
                 x = list(start)
                 if j:
-                    x = _sample(obligations, elapsed, start, references, draw)
+                    leaving = run + j if leaves and j >= leaves and (j - leaves) % 2 == 0 else None
+                    x = _sample(obligations, elapsed, memory, references, draw, leaving)
                 u = controller.step(t, x, y) if bound else controller.step(t, x)
-                expected, _ = law_enclosure(obligations, elapsed, x, start, references)
-                _judge_command(u, controller.status, expected, design.u_max)
+                expected, memory = follow(obligations, elapsed, x, memory, references)
+                _judge_command(u, controller.status, expected.u, design.u_max)
+                if last > 1:
+                    _judge_stage(controller.stage, memory.stage + 1)
                 count += 1
-            _judge_refusals(controller, (t_0, t), (x, u), (y,) if bound else (), obligations)
+            widths = obligations.laws[memory.stage].widths
+            _judge_refusals(controller, (t_0, t), (x, u), (y,) if bound else (), widths[-1])
     except MalformedError:
         raise
     except Exception as error:  # noqa: BLE001
@@ -3339,7 +4177,7 @@ def _judge_refusals(
     times: tuple[float, float],
     last: tuple[Sequence[float], float],
     references: Sequence[float],
-    obligations: Obligations,
+    width: Fraction,
 ) -> None:
     """Pass samples after the last one that no law may be applied to, or that left the tube."""
     (t_0, t), (x, u) = times, last
@@ -3354,7 +4192,7 @@ def _judge_refusals(
         if type(held) is not float or held != u or int.__add__(controller.status, 0) != wanted:
             raise MalformedError("controller.py: a bad sample is not answered by holding u")
     # Further out by more than p_n + eta_n < 2 p_n, to the side where e_n is already.
-    beyond = math.copysign(2.1 * float(obligations.half_widths[-1]), -u)
+    beyond = math.copysign(2.1 * float(width), -u)
     controller.step(t, [*x[:-1], x[-1] + beyond], *references)
     if int.__add__(controller.status, 0) not in (1, 2):
         raise MalformedError("controller.py: a sample outside the tube is answered with OK")
@@ -3371,20 +4209,33 @@ def _possible_reference(problem: Problem, x: float, share: float) -> float:
 def _sample(
     obligations: Obligations,
     elapsed: Fraction,
-    start: Sequence[float],
+    memory: Memory,
     references: tuple[float, float] | None,
     draw: Callable[[float, float], float],
+    leaving: int | None,
 ) -> list[float]:
-    """Build a measured state from errors inside the tube."""
-    _, centers = law_enclosure(obligations, elapsed, start, start, references)
+    """Build a measured state from errors inside the tube, one beyond it to leave a stage.
+
+    ``leaving`` says which error that is (modulo n); it stays within the widened tube.
+    """
+    law = obligations.laws[memory.stage]
+    now = law_enclosure(obligations, elapsed, memory.start, memory, references)
     x: list[float] = []
     phi = 0.0
-    for center, p, gain in zip(centers, obligations.half_widths, obligations.gains, strict=True):
-        e = draw(-0.999, 0.999) * float(p)
+    inside = law.stays or law.widths
+    for i, (center, level) in enumerate(zip(now.centers, now.levels, strict=True)):
+        e = draw(-0.999, 0.999) * float(inside[i])
+        if leaving is not None and law.stays is not None and i == leaving % len(inside):
+            e = math.copysign(float((inside[i] + 9 * law.widths[i]) / 10), e)
         x.append((center[0] + center[1]) / (2 * ONE) + e - phi)
-        lo, hi = gain.phi(from_fraction(Fraction(e)))
+        lo, hi = law.gains[i].phi(from_fraction(Fraction(e)), level)
         phi = (lo + hi) / (2 * ONE)
     return x
+
+
+def _judge_stage(stage: object, expected: int) -> None:
+    if type(stage) is not int or stage != expected:
+        raise MalformedError(f"controller.py: stage {stage!r} where {expected} is in force")
 
 
 def _judge_command(u: object, status: object, expected: Interval, u_max: float) -> None:

@@ -10,13 +10,16 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from bfppc_synth.certificate import checker
-from bfppc_synth.model.certificate import Certificate, Inequality, Verdict
+from bfppc_synth.certificate.answers import judged_inequalities
+from bfppc_synth.model.certificate import Certificate, Verdict
+from bfppc_synth.model.shapes import Theorem1Gain
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from bfppc_synth.certificate.checker import Goal, Obligation, Obligations, Report
-    from bfppc_synth.model.shapes import Shape
+    from bfppc_synth.certificate.checker import Goal, Obligation, Obligations
+    from bfppc_synth.model.shapes import Gain
+    from bfppc_synth.model.stages import Stage
 
 # Boxes that may be looked at for one goal; what needs more would also be slow to check.
 _BUDGET = 1500
@@ -25,16 +28,15 @@ _PEAK_ROOM = 1.0 + 2.0**-40
 # Below this relative distance of the two sides a margin is called thin.
 THIN_MARGIN = 1e-9
 
-_EQUATIONS = {"U0": "Theorem U", "U1": "(65)", "U2": "(71)", "U2'": "(71)"}
-_CHECKS = ("f_bound", "g_min", "g_bound")
-
 
 def produce_certificate(
     plant_document: Mapping[str, Any],
-    shapes: tuple[Shape, ...],
+    shapes: tuple[Gain, ...],
     half_widths: tuple[float, ...],
     *,
     tool: str,
+    c_0: float | None = None,
+    stages: tuple[Stage, ...] = (),
 ) -> dict[str, Any]:
     """Write the certificate of a design, proved or not.
 
@@ -42,12 +44,16 @@ def produce_certificate(
     ----------
     plant_document : Mapping[str, Any]
         Content of plant.json.
-    shapes : tuple[Shape, ...]
-        Feedback shapes phi_1..phi_n, the binary64 numbers of the controller.
+    shapes : tuple[Gain, ...]
+        Feedback phi_1..phi_n, the binary64 numbers of the controller.
     half_widths : tuple[float, ...]
         Tube half-widths p_1..p_n [unit of x_i].
     tool : str
         Name and version of what produced it.
+    c_0 : float, optional
+        What theorem1 allows the power terms to add.
+    stages : tuple[Stage, ...]
+        The free stages of theorem3, with their widened tubes.
 
     Returns
     -------
@@ -59,12 +65,14 @@ def produce_certificate(
     ----------
     docs/theory.md section 6.
     """
-    gains = [(shape.k, shape.M, shape.epsilon, shape.c, shape.N) for shape in shapes]
+    design = _design(shapes, half_widths, c_0, stages)
     claims: list[dict[str, Any]] = []
     enclosures: dict[str, list[str]] = {}
     peak, method = 0.0, "unified"
     try:
-        obligations = checker.derive(plant_document, gains, half_widths)
+        obligations = checker.read_design({**design, "U_MAX": peak.hex()}).obligations(
+            plant_document
+        )
     except checker.Refusal:
         # The checker names the reason when it meets it again.
         pass
@@ -79,23 +87,58 @@ def produce_certificate(
         "tool": tool,
         "plant_sha256": plant_document["plant_sha256"],
         "theorem": checker.THEOREMS[method],
-        "design": {
-            "p": [half_width.hex() for half_width in half_widths],
-            "gains": [
-                {
-                    "k": shape.k.hex(),
-                    "M": shape.M.hex(),
-                    "epsilon": shape.epsilon.hex(),
-                    "c": shape.c.hex(),
-                    "N": shape.N,
-                }
-                for shape in shapes
-            ],
-            "U_MAX": peak.hex(),
-        },
+        "design": {**design, "U_MAX": peak.hex()},
         "enclosures": enclosures,
         "claims": claims,
     }
+
+
+def _design(
+    shapes: tuple[Gain, ...],
+    half_widths: tuple[float, ...],
+    c_0: float | None,
+    stages: tuple[Stage, ...],
+) -> dict[str, Any]:
+    """Write the numbers that the controller contains, and those that only the proof has."""
+    design: dict[str, Any] = {
+        "p": _hex(half_widths),
+        "gains": [_gain(shape) for shape in shapes],
+    }
+    if c_0 is not None:
+        design["c_0"] = float(c_0).hex()
+    if stages:
+        design["stages"] = [
+            {
+                "p": _hex(stage.omega),
+                "gains": [_gain(shape) for shape in stage.gains],
+                "widened": _hex(stage.widened),
+            }
+            for stage in stages
+        ]
+    return design
+
+
+def _gain(gain: Gain) -> dict[str, Any]:
+    if isinstance(gain, Theorem1Gain):
+        return {
+            "gamma": float(gain.gamma).hex(),
+            "H": _hex(gain.H),
+            "c": float(gain.c).hex(),
+            "N": gain.N,
+        }
+    numbers = {"k": gain.k, "M": gain.M, "epsilon": gain.epsilon, "c": gain.c}
+    return {**{key: float(value).hex() for key, value in numbers.items()}, "N": gain.N}
+
+
+def _hex(values: tuple[float, ...]) -> list[str]:
+    return [float(value).hex() for value in values]
+
+
+def tool_name() -> str:
+    """Name and version of this package, as a certificate states them."""
+    from importlib.metadata import version
+
+    return f"bfppc-synth {version('bfppc-synth')}"
 
 
 def certificate_text(certificate: Mapping[str, Any]) -> str:
@@ -121,7 +164,7 @@ def judge(plant_document: Mapping[str, Any], certificate: Mapping[str, Any]) -> 
     # Exactly what will be read from the file is judged.
     report = checker.check_documents(plant_document, json.loads(text))
     verdicts = {"proved": Verdict.CERTIFIED, "refuted": Verdict.REFUTED}
-    inequalities, checks = _inequalities(plant_document, certificate, report)
+    inequalities, checks = judged_inequalities(plant_document, certificate, report)
     return Certificate(
         verdict=verdicts.get(report.verdict, Verdict.UNDECIDED),
         inequalities=inequalities,
@@ -130,52 +173,6 @@ def judge(plant_document: Mapping[str, Any], certificate: Mapping[str, Any]) -> 
         assumption_checks=checks,
         document=text if certificate["claims"] else "",
     )
-
-
-def _inequalities(
-    plant_document: Mapping[str, Any], certificate: Mapping[str, Any], report: Report
-) -> tuple[tuple[Inequality, ...], tuple[Inequality, ...]]:
-    """Split the claims into the theorem's inequalities and the checks of the plant file."""
-    verdicts = {result.id: result.verdict for result in report.claims}
-    if not verdicts:
-        return (), ()
-    design = checker.read_design(certificate["design"])
-    obligations = checker.derive(plant_document, design.gains, design.p)
-    listed = [claim["id"] for claim in certificate["claims"]]
-    inequalities: list[Inequality] = []
-    checks: list[Inequality] = []
-    for obligation in checker.expected_claims(obligations, listed):
-        family, _, place = obligation.id.partition("[")
-        if family in ("accuracy", "fixed"):
-            continue
-        target = checks if family in _CHECKS else inequalities
-        proved = verdicts[obligation.id] == "proved"
-        if not obligation.comparisons:
-            # A pointwise claim has no two numbers; its distance from failing is not computed.
-            target.append(
-                Inequality(
-                    id=obligation.id,
-                    equation="docs/theory.md section 6",
-                    lhs=(0.0, 0.0),
-                    rhs=(0.0, 0.0),
-                    holds=proved,
-                )
-            )
-            continue
-        rest = f"[{place}" if place else ""
-        last = "(71)" if obligation is obligations.claims[-1] else "(65)"
-        equation = _EQUATIONS.get(family, last if family == "T2" else "docs/theory.md section 3")
-        for suffix, comparison in zip(("", ".room"), obligation.comparisons, strict=False):
-            target.append(
-                Inequality(
-                    id=f"{family}{suffix}{rest}",
-                    equation=equation,
-                    lhs=checker.to_doubles(comparison.lhs),
-                    rhs=checker.to_doubles(comparison.rhs),
-                    holds=proved if obligation.pointwise else comparison.verdict() == "proved",
-                )
-            )
-    return tuple(inequalities), tuple(checks)
 
 
 def thin_margins(certificate: Certificate) -> tuple[str, ...]:
@@ -231,7 +228,7 @@ def _proof(obligation: Obligation) -> dict[str, Any]:
         return {"kind": "eval"} if direct else {"kind": "bisect", "trees": trees}
     if any(goal.witness(200) for goal in obligation.pointwise):
         return {"kind": obligation.proof}
-    trees = _trees(obligation.corner)
+    trees = _trees(obligation.corner) if obligation.corner else None
     return {"kind": obligation.proof} if trees is None else {"kind": "corner", "trees": trees}
 
 

@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING
 
 from bfppc_synth.codegen.printing import INFIX, render
 from bfppc_synth.codegen.provenance import banner, heading
-from bfppc_synth.codegen.python import describe_command, describe_signals
+from bfppc_synth.codegen.python import (
+    describe_command,
+    describe_signals,
+    latched_offset,
+    latched_signals,
+    latched_values,
+)
 from bfppc_synth.codegen.switching import center_arguments
 from bfppc_synth.model.law import Operator, Variable
 from bfppc_synth.resources import template_environment
@@ -102,21 +108,42 @@ def _context(law: Law, provenance: Provenance) -> dict[str, object]:
         "limits": [_constant_line(law.name, constant) for constant in law.limits],
         "derived": _declared(law, render(law.derived, (), syntax).lines, indent=12),
         "inputs": [_within(test, syntax) for test in law.inputs],
-        "reference_test": _within(law.reference_range, syntax),
+        "reference_tests": [_within(test, syntax) for test in law.reference_ranges],
+        "derivatives": law.derivatives,
         "early": _time_tests(law),
         "time_limit": law.time_limit,
         "elapsed_limit": law.elapsed_limit,
         "reference": reference,
-        "latched": [{"name": name, "state": f"x_{name[6:]}"} for name in law.center.latched],
+        "latch": _latch(law, syntax),
+        "latched": latched_values(law, syntax),
         "start": [_within(test, syntax) for test in law.start],
         "center": _declared(law, center.lines, indent=12),
         "feedback": _declared(law, feedback.lines, indent=12),
-        "tube": [_within(test, syntax) for test in law.tube],
+        # Center nominal divides: a command held back because v has no value is not OK.
+        "tube": [
+            *(_within(test, syntax) for test in law.tube),
+            *([] if law.center.latch is None else ["(isfinite(v) != 0)"]),
+        ],
         "switching": _switching(law, syntax),
         "example_x": ", ".join(repr(value) for value in _middle(law)),
         "example_period": repr(law.period or 0.001),
         "u_max": repr(law.u_max),
         "accuracy": repr(law.accuracy),
+        "transition": next((c.value for c in law.certified if c.name == "T_s"), None),
+    }
+
+
+def _latch(law: Law, syntax: _CSyntax) -> dict[str, object] | None:
+    """Lay out what center nominal does before its center."""
+    latch = law.center.latch
+    if latch is None:
+        return None
+    signals = render(latch.signals, latched_signals(law), syntax)
+    start = render(latch.statements, latch.values, syntax)
+    return {
+        "signals": _declared(law, signals.lines, indent=12),
+        "start": _declared(law, start.lines, indent=16),
+        "offset": latched_offset(law),
     }
 
 

@@ -14,6 +14,7 @@ from bfppc_synth.codegen.limits import (
     certified_constants,
     input_ranges,
     nearest,
+    reference_ranges,
     screening_limits,
     start_ranges,
     time_limit,
@@ -33,7 +34,6 @@ from bfppc_synth.model.law import (
     Law,
     Literal,
     Operator,
-    Range,
     StageLaw,
     Switching,
     Variable,
@@ -52,7 +52,7 @@ def build_law(design: Design) -> Law:
     Parameters
     ----------
     design : Design
-        Gains, tube, bounds and plant file; center performance, any method.
+        Gains, tube, bounds and plant file; any center, any method.
 
     Returns
     -------
@@ -64,7 +64,7 @@ def build_law(design: Design) -> Law:
     UsageError
         If the reference expression contains more than the time.
     EnvelopeError
-        If the reference has a subexpression without a rule.
+        If the reference, or what center nominal follows, has a subexpression without a rule.
 
     References
     ----------
@@ -85,7 +85,7 @@ def build_law(design: Design) -> Law:
         limits=screening_limits(design),
         derived=tube_statements(design),
         inputs=input_ranges(design),
-        reference_range=Range(variable="y_d", upper="y_d_limit"),
+        reference_ranges=reference_ranges(design),
         start=start_ranges(design),
         tube=tube_ranges(design),
         time_limit=time_limit(nearest(spec.sampling.period)),
@@ -100,6 +100,11 @@ def build_law(design: Design) -> Law:
 
 def make_center(design: Design) -> CenterBlock:
     """Write the center that the design's method takes its errors around."""
+    if design.nominal is not None:
+        # sympy is needed for expressions only, and is loaded by then.
+        from bfppc_synth.codegen.nominal import nominal_center
+
+        return nominal_center(design.nominal, design.plant.reference, design.plant.time)
     rhos = design.spec.performance.rho
     if reanchors(design):
         return reanchored_center(rhos, len(design.stages))

@@ -74,6 +74,8 @@ def certified_constants(design: Design) -> tuple[NamedConstant, ...]:
             NamedConstant(name=f"p_{i}", value=p),
         ]
     constants += stage_constants(design)
+    if design.nominal is not None:
+        constants.append(NamedConstant(name="T_s", value=design.nominal.transition))
     return (*constants, NamedConstant(name="U_MAX", value=_clamp(design)))
 
 
@@ -102,15 +104,18 @@ def screening_limits(design: Design) -> tuple[NamedConstant, ...]:
         lower = -_widened(-exact(box.lower), box.lower, delta[i - 1])
         upper = _widened(exact(box.upper), box.upper, delta[i - 1])
         constants += [
-            NamedConstant(name=f"start_lower_{i}", value=-_above(-lower)),
+            # Not a sign in front: a start at 0 would be printed as -0.0.
+            NamedConstant(name=f"start_lower_{i}", value=0.0 - _above(-lower)),
             NamedConstant(name=f"start_upper_{i}", value=_above(upper)),
         ]
     if spec.offset is not None:
         offset = _widened(exact(spec.offset), spec.offset, delta[0])
         constants.append(NamedConstant(name="offset_limit", value=_above(offset)))
     constants += stage_limits(design)
-    y_d_limit = Fraction(101, 100) * Fraction(design.signals.Y_0) + _TINY
-    constants.append(NamedConstant(name="y_d_limit", value=_above(y_d_limit)))
+    constants += (
+        NamedConstant(name=test.upper, value=_above(Fraction(101, 100) * Fraction(bound) + _TINY))
+        for test, bound in zip(reference_ranges(design), _reference_bounds(design), strict=True)
+    )
     constants.append(NamedConstant(name="elapsed_limit", value=ELAPSED_LIMIT))
     limit = time_limit(nearest(spec.sampling.period))
     if limit is not None:
@@ -149,6 +154,27 @@ def input_ranges(design: Design) -> tuple[Range, ...]:
     return tuple(
         Range(variable=f"x_{i}", upper=f"x_limit_{i}") for i in range(1, design.spec.order + 1)
     )
+
+
+def reference_ranges(design: Design) -> tuple[Range, ...]:
+    """Say what a passed reference is screened by, its derivatives too where they are passed."""
+    if not _passes_derivatives(design):
+        return (Range(variable="y_d", upper="y_d_limit"),)
+    numbers = range(1, design.spec.order + 1)
+    rates = (Range(variable=f"y_d_{k}", upper=f"y_d_limit_{k}") for k in numbers)
+    return (Range(variable="y_d_0", upper="y_d_limit"), *rates)
+
+
+def _passes_derivatives(design: Design) -> bool:
+    """Tell whether center nominal needs y_d, dy_d, .., y_d^(n) with every sample."""
+    return design.nominal is not None and design.plant.reference is None
+
+
+def _reference_bounds(design: Design) -> tuple[float | Fraction, ...]:
+    """Bounds on what is passed: Y_0, or Y_0..Y_n."""
+    if not _passes_derivatives(design):
+        return (design.signals.Y_0,)
+    return tuple(exact(bound) for bound in design.spec.reference.bounds[: design.spec.order + 1])
 
 
 def start_ranges(design: Design) -> tuple[Range, ...]:

@@ -2,7 +2,8 @@
 
 The certified numbers stand between the lines ``# CERTIFIED CONSTANTS BEGIN`` and
 ``# CERTIFIED CONSTANTS END`` (in C the same words in ``/* */``), one a line, in the order k_1, M_1,
-epsilon_1, c_1, N_1, p_1, k_2, ..., p_n, U_MAX, and nothing else stands there:
+epsilon_1, c_1, N_1, p_1, k_2, ..., p_n, (T_s with center nominal,) U_MAX, and nothing else
+stands there:
 
     controller.py   k_1 = 0.5
     NAME.c          static const NAME_real NAME_k_1 = 0.5;
@@ -17,13 +18,14 @@ from typing import TYPE_CHECKING
 
 from bfppc_synth.codegen.printing import INFIX, render
 from bfppc_synth.codegen.provenance import banner, heading, plain
+from bfppc_synth.codegen.statements import is_part
 from bfppc_synth.codegen.switching import center_arguments
-from bfppc_synth.codegen.totality import raising
+from bfppc_synth.codegen.totality import latched_ranges, raising
 from bfppc_synth.model.law import Operator, Variable
 from bfppc_synth.resources import template_environment
 
 if TYPE_CHECKING:
-    from bfppc_synth.codegen.printing import Line
+    from bfppc_synth.codegen.printing import Line, Syntax
     from bfppc_synth.model.law import Law, Provenance, Range, Statement
 
 _WIDTH = 100
@@ -88,14 +90,16 @@ def render_controller(law: Law, provenance: Provenance) -> str:
         order=law.order,
         states=unpacking(law),
         inputs=[_within(test) for test in law.inputs],
-        reference_test=_within(law.reference_range),
+        reference_tests=[_within(test) for test in law.reference_ranges],
+        derivatives=law.derivatives,
         time_test=None if law.time_limit is None else "-time_limit < t < time_limit",
         reference=reference,
-        latched=[{"name": name, "state": f"x_{name[6:]}"} for name in law.center.latched],
+        latch=_latch(law, syntax),
+        latched=latched_values(law, syntax),
         start=[_within(test) for test in law.start],
         center=_assigned(center.lines, indent=8),
         feedback=_assigned(feedback.lines, indent=8),
-        tube=[_within(test) for test in law.tube],
+        tube=[*(_within(test) for test in law.tube), *_followed(law)],
         switching=_switching(law, syntax),
         # Printing the statements above has collected what they call.
         functions=[_IMPORTED.get(name, name) for name in sorted(syntax.functions)],
@@ -103,6 +107,44 @@ def render_controller(law: Law, provenance: Provenance) -> str:
         accuracy=repr(law.accuracy),
         period=repr(law.period),
     )
+
+
+def _latch(law: Law, syntax: _PythonSyntax) -> dict[str, object] | None:
+    """Lay out what center nominal does before its center."""
+    latch = law.center.latch
+    if latch is None:
+        return None
+    signals = render(latch.signals, latched_signals(law), syntax)
+    start = render(latch.statements, latch.values, syntax)
+    return {
+        "signals": _assigned(signals.lines, indent=8),
+        "start": _assigned(start.lines, indent=12),
+        "offset": latched_offset(law),
+    }
+
+
+def latched_signals(law: Law) -> tuple[Variable, ...]:
+    """List what the later programs read of the first one: it must keep its name."""
+    latch = law.center.latch
+    signals = () if latch is None else latch.signals
+    return tuple(Variable(name=s.target) for s in signals if not is_part(s.target))
+
+
+def latched_offset(law: Law) -> str | None:
+    """Return x_1(0) - y_d(0) where center nominal has to screen it."""
+    if not any(test.variable == "offset" for test in law.start):
+        return None
+    return f"x_1 - {law.reference_ranges[0].variable}"
+
+
+def latched_values(law: Law, syntax: Syntax) -> list[dict[str, str]]:
+    """Pair what the first accepted sample latches with its value."""
+    latch = law.center.latch
+    if latch is None:
+        return [{"name": name, "state": f"x_{name[6:]}"} for name in law.center.latched]
+    values = render(latch.statements, latch.values, syntax).results
+    pairs = zip(law.center.latched, values, strict=True)
+    return [{"name": name, "state": value} for name, value in pairs]
 
 
 def _switching(law: Law, syntax: _PythonSyntax) -> dict[str, object] | None:
@@ -175,6 +217,11 @@ def _assigned(lines: tuple[Line, ...], *, indent: int) -> list[str]:
     return assigned
 
 
+def _followed(law: Law) -> list[str]:
+    """Center nominal divides: a command held back because v has no value is not OK."""
+    return [] if law.center.latch is None else ["-real_limit <= v <= real_limit"]
+
+
 def _within(test: Range) -> str:
     lower = f"-{test.upper}" if test.lower is None else test.lower
     return f"{lower} <= {test.variable} <= {test.upper}"
@@ -187,7 +234,14 @@ class _PythonSyntax:
         elapsed = (0.0, law.elapsed_limit)
         names = (name for name, _ in center_arguments(law))
         known = {name: elapsed for name in names if name.startswith(("elapsed", "since"))}
-        self._raising = raising(law.center.statements, known)
+        if law.center.latch is not None:
+            known = latched_ranges(law)
+            latch = law.center.latch
+            self._raising = raising(
+                (*latch.signals, *latch.statements, *law.center.statements), known
+            )
+        else:
+            self._raising = raising(law.center.statements, known)
         if law.reference is not None:
             self._raising |= raising(law.reference.statements, {"t": elapsed})
         self.functions: set[str] = set()

@@ -12,6 +12,7 @@ from bfppc_synth.expressions.evaluate import evaluate
 from bfppc_synth.model.law import Literal, Operator, ReferenceBlock, Variable
 
 if TYPE_CHECKING:
+    from bfppc_synth.expressions.evaluate import Functions
     from bfppc_synth.expressions.flatten import Relation
     from bfppc_synth.model.law import Operand
 
@@ -49,8 +50,13 @@ def compile_reference(expression: sp.Expr, time: sp.Symbol) -> ReferenceBlock:
             "computes the reference from t alone\n  fix: write the number itself"
         )
     builder = StatementBuilder("reference")
-    value = evaluate(expression, {time: Variable(name="t")}, _StatementFunctions(builder))
+    value = evaluate(expression, {time: Variable(name="t")}, statement_functions(builder))
     return ReferenceBlock(statements=builder.statements, value=value)
+
+
+def statement_functions(builder: StatementBuilder) -> Functions[Operand]:
+    """Return the target that writes every operation as a statement of a builder."""
+    return _StatementFunctions(builder)
 
 
 class _StatementFunctions:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 from bfppc_synth.model.law import Literal, Operator, Statement, Variable
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
     from bfppc_synth.model.law import Operand
 
 #: Results with this prefix may be written inside the expression that uses them.
@@ -74,6 +76,56 @@ class StatementBuilder:
 
     def _append(self, target: str, operator: Operator, operands: tuple[Operand, ...]) -> None:
         self._statements.append(Statement(target=target, operator=operator, operands=operands))
+
+
+def needed(statements: Iterable[Statement], results: Iterable[Operand]) -> tuple[Statement, ...]:
+    """Leave out every statement that no result needs."""
+    wanted = {operand.name for operand in results if isinstance(operand, Variable)}
+    kept: list[Statement] = []
+    for statement in reversed(tuple(statements)):
+        if statement.target in wanted:
+            wanted |= {o.name for o in statement.operands if isinstance(o, Variable)}
+            kept.append(statement)
+    return tuple(reversed(kept))
+
+
+def named(
+    statements: Iterable[Statement], results: Mapping[str, Operand]
+) -> tuple[tuple[Statement, ...], tuple[Operand, ...]]:
+    """Give results names of the theory, and leave out what no result needs.
+
+    Parameters
+    ----------
+    statements : Iterable[Statement]
+        A straight-line program.
+    results : Mapping[str, Operand]
+        Name -> what it names. A constant, an input, and a part that has a name already stay
+        what they are.
+
+    Returns
+    -------
+    tuple
+        The statements, in order, and what stands for each result now.
+    """
+    names: dict[str, str] = {}
+    for name, operand in results.items():
+        if isinstance(operand, Variable) and is_part(operand.name):
+            names.setdefault(operand.name, name)
+
+    def renamed(operand: Operand) -> Operand:
+        if isinstance(operand, Literal):
+            return operand
+        return Variable(name=names.get(operand.name, operand.name))
+
+    program = (
+        Statement(
+            target=names.get(statement.target, statement.target),
+            operator=statement.operator,
+            operands=tuple(map(renamed, statement.operands)),
+        )
+        for statement in needed(statements, results.values())
+    )
+    return tuple(program), tuple(map(renamed, results.values()))
 
 
 def _fold(operator: Operator, operands: tuple[Operand, ...]) -> Operand | None:

@@ -46,15 +46,23 @@ def stage_constants(design: Design) -> tuple[NamedConstant, ...]:
 
 def stage_limits(design: Design) -> tuple[NamedConstant, ...]:
     """List p^_{i,m} + eta_{i,m}: no measured error is above it when stage m is left."""
-    if design.spec.synthesis.form is Form.PRINTED:
-        return ()
     return tuple(
         NamedConstant(
             name=f"{stage_prefix(number)}limit_{i}", value=math.nextafter(limit, math.inf)
         )
         for number, stage in enumerate(design.stages, start=1)
+        if _expects(design, number)
         for i, limit in enumerate(stage.measured_limits, start=1)
     )
+
+
+def _expects(design: Design, number: int) -> bool:
+    """Whether a switch out of a stage says where the errors are.
+
+    Without a new center one sample may pass over several stages: of a stage that was never in
+    force nothing is known.
+    """
+    return design.spec.synthesis.form is Form.SOUND and (number == 1 or reanchors(design))
 
 
 def monitor_ranges(design: Design, number: int) -> tuple[Range, ...]:
@@ -67,7 +75,7 @@ def monitor_ranges(design: Design, number: int) -> tuple[Range, ...]:
 
 def handover_ranges(design: Design, number: int) -> tuple[Range, ...]:
     """Say where the measured errors are at a switch while every assumption is true."""
-    if design.spec.synthesis.form is Form.PRINTED:
+    if not _expects(design, number):
         return ()
     return tuple(
         Range(variable=f"e_{i}", upper=f"{stage_prefix(number)}limit_{i}")

@@ -15,7 +15,7 @@ from bfppc_synth.model.law import Literal, Operator
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from bfppc_synth.model.law import Operand, Statement
+    from bfppc_synth.model.law import Law, Operand, Statement
 
 _Range = tuple[float, float]
 _ANYTHING: Final[_Range] = (-math.inf, math.inf)
@@ -51,8 +51,53 @@ def raising(statements: Iterable[Statement], inputs: Mapping[str, _Range]) -> fr
         operands = [_range(operand, ranges) for operand in statement.operands]
         if not _total(statement.operator, operands):
             found.add(statement.target)
-        ranges[statement.target] = _result(statement.operator, operands)
+        ranges[statement.target] = _reach(statement, operands)
     return frozenset(found)
+
+
+def latched_ranges(law: Law) -> dict[str, _Range]:
+    """Say where everything is that the programs of center nominal read and latch.
+
+    Parameters
+    ----------
+    law : Law
+        With a latch block.
+
+    Returns
+    -------
+    dict[str, tuple[float, float]]
+        Certified constants, screened inputs, ``elapsed``, every result of the first two
+        programs, and what is latched.
+    """
+    values = {c.name: float(c.value) for c in (*law.certified, *law.limits)}
+    ranges: dict[str, _Range] = {name: (value, value) for name, value in values.items()}
+    for test in (*law.inputs, *law.reference_ranges):
+        upper = values[test.upper]
+        ranges[test.variable] = (-upper if test.lower is None else values[test.lower], upper)
+    ranges["elapsed"] = (0.0, law.elapsed_limit)
+    latch = law.center.latch
+    if latch is None:
+        return ranges
+    for statement in (*latch.signals, *latch.statements):
+        operands = [_range(operand, ranges) for operand in statement.operands]
+        ranges[statement.target] = _reach(statement, operands)
+    for name, value in zip(law.center.latched, latch.values, strict=True):
+        ranges[name] = _range(value, ranges)
+    return ranges
+
+
+def _reach(statement: Statement, operands: list[_Range]) -> _Range:
+    """Range of a result; squares and the smaller one of two are known better than by operand."""
+    found = _result(statement.operator, operands)
+    match statement.operator, statement.operands:
+        case Operator.MUL, (left, right) if left == right:
+            return max(found[0], 0.0), found[1]
+        case Operator.SELECT_LESS, (left, right, then, otherwise) if (left, right) == (
+            then,
+            otherwise,
+        ):
+            return found[0], min(operands[0][1], operands[1][1])
+    return found
 
 
 def _range(operand: Operand, ranges: Mapping[str, _Range]) -> _Range:

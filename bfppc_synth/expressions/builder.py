@@ -148,10 +148,15 @@ class Builder(Cursor):
         start, end = token.start, closing.end
         if arity == VARIADIC and not 2 <= count <= MOST_ARGUMENTS:
             raise self.error_at(
-                start, end, f"{token.text} takes 2 to {MOST_ARGUMENTS} arguments, not {count}"
+                start,
+                end,
+                f"{token.text} takes 2 to {MOST_ARGUMENTS} arguments, not {count}",
+                f"nest one {token.text} in another" if count > 1 else f"write {token.text}(a, b)",
             )
         if arity not in {VARIADIC, count}:
-            fix = "write log(x)/log(b) for the base b" if function == "log" and count == 2 else ""
+            fix = f"write {token.text}(x)"
+            if function == "log" and count == 2:
+                fix = "write log(x)/log(b) for the base b"
             raise self.error_at(
                 start, end, f"{token.text} takes {arity} argument, not {count}", fix
             )

@@ -34,11 +34,17 @@ _LARGEST_BITS: Final = 8192
 
 
 class ConstantError(ArithmeticError):
-    """A constant that has no value, or none that binary64 could hold; ``fix`` may be empty."""
+    """A constant that has no value, or none that binary64 could hold."""
 
-    def __init__(self, message: str, fix: str = "") -> None:
+    def __init__(self, message: str, fix: str) -> None:
         self.fix = fix
         super().__init__(message)
+
+
+def _too_long() -> ConstantError:
+    return ConstantError(
+        f"a constant with more than {_LARGEST_BITS} bits", "round its numbers to 17 digits"
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,7 +68,7 @@ def precise() -> AbstractContextManager[object]:
 def rational(value: Fraction) -> Value:
     """Wrap an exact number, refusing what no binary64 reaches."""
     if max(value.numerator.bit_length(), value.denominator.bit_length()) > _LARGEST_BITS:
-        raise ConstantError(f"a constant with more than {_LARGEST_BITS} bits")
+        raise _too_long()
     near = Decimal(value.numerator) / Decimal(value.denominator)
     _require_size(near)
     return Value(exact=value, near=near)
@@ -146,7 +152,7 @@ def _integer_power(base: Value, exponent: int) -> Value:
     bits = max(base.exact.numerator.bit_length(), base.exact.denominator.bit_length())
     # The size is judged before the power is taken: 9**9**9 must not be waited for.
     if bits > 1 and (bits - 1) * exponent > _LARGEST_BITS:
-        raise ConstantError(f"a constant with more than {_LARGEST_BITS} bits")
+        raise _too_long()
     return rational(base.exact**exponent)
 
 
@@ -182,7 +188,7 @@ def _cosine(x: Decimal) -> Decimal:
 def _tangent(x: Decimal) -> Decimal:
     denominator = _cosine(x)
     if not denominator:
-        raise ConstantError("tan at a pole")
+        raise ConstantError("tan at a pole", "keep the angle away from odd multiples of pi/2")
     return _sine(x) / denominator
 
 

@@ -70,12 +70,12 @@ class Cursor:
             raise self.error(opening, "a parenthesis that is never closed", "add `)`")
         raise self.leftover(token)
 
-    def error(self, token: Token, message: str, fix: str = "") -> ExpressionError:
+    def error(self, token: Token, message: str, fix: str) -> ExpressionError:
         """Make an error that underlines one token."""
         length = max(1, token.end - token.start)
         return ExpressionError(message, column=token.start + 1, length=length, fix=fix)
 
-    def error_at(self, start: int, end: int, message: str, fix: str = "") -> ExpressionError:
+    def error_at(self, start: int, end: int, message: str, fix: str) -> ExpressionError:
         """Make an error that underlines characters start to end, counted from 0."""
         return ExpressionError(message, column=start + 1, length=end - start, fix=fix)
 
@@ -113,8 +113,11 @@ class Cursor:
             return self.error(token, "an empty expression", "write 0 if nothing is meant")
         after = f" after `{before.text}`" if before else ""
         if token.kind is TokenKind.END:
-            return self.error(token, f"the expression ends{after} where a number or a name belongs")
-        return self.error(token, f"`{token.text}`{after} where a number or a name belongs")
+            what, extra = f"the expression ends{after}", before.text if before else ""
+        else:
+            what, extra = f"`{token.text}`{after}", token.text
+        fix = f"write one here, or remove `{extra}`"
+        return self.error(token, f"{what} where a number or a name belongs", fix)
 
     def unknown(self, token: Token, kind: str) -> ExpressionError:
         """Make the error for a name that may not be used here."""

@@ -24,12 +24,12 @@ class ExpressionError(BfppcError):
 
     exit_code = 2
 
-    def __init__(self, message: str, *, column: int, length: int = 1, fix: str = "") -> None:
+    def __init__(self, message: str, *, column: int, fix: str, length: int = 1) -> None:
         self.message = message
         self.column = column
         self.length = max(1, length)
         self.fix = fix
-        super().__init__(f"column {column}: {message}" + (f" (fix: {fix})" if fix else ""))
+        super().__init__(f"column {column}: {message} (fix: {fix})")
 
 
 class TokenKind(StrEnum):
@@ -86,7 +86,7 @@ _REFUSED: Final = {
     ".": ("a dot belongs into a number", "write 0.5 or 5.0; nothing here has attributes"),
     "'": ("a quotation mark or a derivative mark has no place in an expression", "remove it"),
     '"': ("a quotation mark has no place in an expression", "remove it"),
-    "!": ("there is no factorial", ""),
+    "!": ("there is no factorial", "write the product, or the number itself"),
 }
 
 
@@ -154,6 +154,7 @@ def read_number(token: Token) -> Fraction:
             f"a number of {length} characters, more than {_LONGEST_NUMBER}",
             column=column,
             length=length,
+            fix="round it: binary64 keeps 17 digits",
         )
     if text.isdigit() and len(text) > 1 and text[0] == "0":
         raise ExpressionError(

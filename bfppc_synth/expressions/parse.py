@@ -82,7 +82,8 @@ def parse_constant(text: str) -> Constant:
     """
     part = _Parser(text, frozenset(), {}).whole()
     if part.value is None:
-        raise ExpressionError("not a constant", column=1, length=len(text))
+        fix = "write a number, or numbers, pi and E combined, such as pi/60"
+        raise ExpressionError("not a constant", column=1, length=len(text), fix=fix)
     return Constant(
         text=text, tree=part.node, exact=part.value.exact, approximate=part.value.approximate
     )
@@ -191,7 +192,8 @@ class _Parser(Builder):
         if name in FUNCTIONS or name in ALIASES or name == BRANCHES:
             raise self.error(token, f"`{name}` without arguments", f"write {name}(...)")
         if name in KEYWORDS:
-            raise self.error(token, f"`{name}` is no mathematics")
+            fix = "write Piecewise((value, x1 < 1), (other value, True)) if a choice is meant"
+            raise self.error(token, f"`{name}` is no mathematics", fix)
         raise self.unknown(token, "name")
 
     def _call(self, token: Token) -> Part:
@@ -252,12 +254,14 @@ class _Parser(Builder):
             branches.append((value.node, condition))
             degree = max(degree, value.degree)
             if len(branches) > MOST_ARGUMENTS:
-                raise self.error(inner, f"more than {MOST_ARGUMENTS} branches")
+                fix = "nest one Piecewise in the last branch of another"
+                raise self.error(inner, f"more than {MOST_ARGUMENTS} branches", fix)
             if condition is None or not self.at(","):
                 break
             self.take()
         if self.at(",") and branches[-1][1] is None:
-            raise self.error(self.peek(), "no branch is reached after the condition True")
+            fix = "remove what follows, or give the branch before it a comparison"
+            raise self.error(self.peek(), "no branch is reached after the condition True", fix)
         closing = self.close(opening)
         if branches[-1][1] is not None:
             raise self.error_at(

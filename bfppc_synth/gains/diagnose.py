@@ -10,7 +10,7 @@ from bfppc_synth.errors import BfppcError, NoDesignError, NotCertifiedError
 from bfppc_synth.gains.evaluation import Judge
 from bfppc_synth.gains.problem import DesignProblem, FixedGains, Weights
 from bfppc_synth.gains.search import search
-from bfppc_synth.gains.terms import binding_terms
+from bfppc_synth.gains.terms import explained
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -168,7 +168,7 @@ def _any_of(options: Iterator[str]) -> str:
 
 def _over_the_limit(problem: DesignProblem, least: Evaluation) -> str:
     last = problem.order - 1
-    shares = binding_terms(least.bounds, least.half_widths, problem.center, last)
+    shares = explained(problem, least, last)
     lines = [
         (
             f"no certified design for {problem.plant.spec.path}: the least certified peak input"

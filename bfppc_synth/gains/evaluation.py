@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from bfppc_synth.bounds.chain import chain_input, evaluate_chain
 from bfppc_synth.bounds.numbers import FloatNumbers
-from bfppc_synth.bounds.residual import float_residual
 from bfppc_synth.errors import EnvelopeError
 from bfppc_synth.model.certificate import Strictness
 
@@ -46,7 +45,7 @@ class Judge:
     def __init__(self, problem: DesignProblem) -> None:
         self.problem = problem
         self.numbers = FloatNumbers()
-        self.residual = float_residual(problem.plant, problem.majorants, problem.center)
+        self.residual = problem.float_residual()
 
     def evaluate(
         self, shapes: tuple[Shape, ...], half_widths: tuple[float, ...], alternative: str

@@ -7,14 +7,21 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from bfppc_synth.bounds.nominal_residual import NominalResidual
+from bfppc_synth.bounds.residual import PerformanceResidual
+from bfppc_synth.majorants.targets import FloatArithmetic
 from bfppc_synth.model.shapes import GenericShape, Terms
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
+    from bfppc_synth.bounds.chain import Residual
     from bfppc_synth.bounds.feedback import Numbers
+    from bfppc_synth.bounds.nominal_center import NominalCenter
+    from bfppc_synth.bounds.residual import Placement
     from bfppc_synth.gains.methods.demands import Theorem
     from bfppc_synth.gains.methods.theorem3 import Staging
+    from bfppc_synth.majorants.arithmetic import Arithmetic
     from bfppc_synth.model.bounds import CenterBounds, Conditions, Majorants
     from bfppc_synth.model.plant import Plant
     from bfppc_synth.model.spec import GainSpec
@@ -66,7 +73,8 @@ class DesignProblem:
 
     ``accuracy`` is p_1; ``half_widths`` p_2.. where fixed; ``limit`` the actuator limit;
     ``margin`` the relative room that every inequality of the rounded design keeps;
-    ``staging`` the free stages of theorem3, whose last stage the problem is about.
+    ``staging`` the free stages of theorem3, whose last stage the problem is about; ``nominal``
+    is there with center nominal, and ``center`` is then its bounds.
     """
 
     plant: Plant
@@ -81,6 +89,38 @@ class DesignProblem:
     limit: float | None
     margin: float
     staging: Staging | None = None
+    nominal: NominalCenter | None = None
+
+    def residual(
+        self,
+        *,
+        arithmetic: Arithmetic[T],
+        place: Placement[T],
+        constant: Callable[[float], T],
+    ) -> Residual[T]:
+        """Build W_i, maj g_i* and g_{m,i} of the problem's center in one number type."""
+        if self.nominal is not None:
+            return NominalResidual(
+                self.plant, self.nominal, arithmetic=arithmetic, place=place, constant=constant
+            )
+        return PerformanceResidual(
+            self.plant,
+            self.majorants,
+            self.center,
+            arithmetic=arithmetic,
+            place=place,
+            constant=constant,
+        )
+
+    def float_residual(self) -> Residual[float]:
+        """Build the residual in plain floats."""
+        return self.residual(arithmetic=FloatArithmetic(), place=_around, constant=float)
+
+    def nominal_residual(self, nominal: NominalCenter) -> NominalResidual[float]:
+        """Build the residual of a nominal center in plain floats."""
+        return NominalResidual(
+            self.plant, nominal, arithmetic=FloatArithmetic(), place=_around, constant=float
+        )
 
     @property
     def order(self) -> int:
@@ -91,6 +131,11 @@ class DesignProblem:
     def exact(self) -> bool:
         """Whether measurement is exact and continuous: then zeta is exactly 0."""
         return self.conditions.hold == 0.0 and not any(self.conditions.delta)
+
+
+def _around(index: int, lower: float, upper: float, xi: float) -> tuple[float, float]:
+    del index
+    return lower - xi, upper + xi
 
 
 def fixed_gains(spec: GainSpec) -> FixedGains:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
     from bfppc_synth.bounds.chain import Residual
     from bfppc_synth.gains.positive import PositiveProblem
     from bfppc_synth.gains.problem import DesignProblem, Slot
-    from bfppc_synth.model.bounds import CenterBounds, Majorants
-    from bfppc_synth.model.plant import Plant
 
 GRID = 32
 # The search keeps this many times the final margin, as room for rounding to few digits.
@@ -67,23 +66,16 @@ class CasadiNumbers:
 class _Residual:
     """W_i, maj g_i*, g_{m,i} as CasADi expressions of xi."""
 
-    def __init__(
-        self, plant: Plant, majorants: Majorants, center: CenterBounds, accuracy: float
-    ) -> None:
+    def __init__(self, build: Callable[..., Residual[Traced]], accuracy: float, order: int) -> None:
         self.arithmetic = TracedArithmetic(ca)
-        smallest = [accuracy] + [0.0] * (plant.order - 1)
+        smallest = [accuracy] + [0.0] * (order - 1)
 
         def place(index: int, lower: float, upper: float, xi: Traced) -> tuple[Traced, Traced]:
             low = Traced(lower - xi.sx, lower - smallest[index], -1 if lower <= 0.0 else 0)
             return low, Traced(upper + xi.sx, upper + smallest[index], 1 if upper >= 0.0 else 0)
 
-        self._inner = PerformanceResidual(
-            plant,
-            majorants,
-            center,
-            arithmetic=self.arithmetic,
-            place=place,
-            constant=self.arithmetic.constant,
+        self._inner = build(
+            arithmetic=self.arithmetic, place=place, constant=self.arithmetic.constant
         )
 
     def _lift(self, xi: tuple[Any, ...]) -> tuple[Traced, ...]:
@@ -120,7 +112,9 @@ class _Solver:
         self._rows = len(rows)
 
     def run(self, guess: list[float], lower: list[float], upper: list[float]) -> list[float] | None:
-        """Solve from a guess inside its box; None where the iterates broke down."""
+        """Solve from a guess; None outside of every box, or where the iterates broke down."""
+        if any(low > high for low, high in zip(lower, upper, strict=True)):
+            return None
         found = self._solver(
             x0=guess, lbx=lower, ubx=upper, lbg=[0.0] * self._rows, ubg=[math.inf] * self._rows
         )
@@ -134,8 +128,13 @@ class PositiveProgram:
     def __init__(self, problem: PositiveProblem) -> None:
         variables = ca.SX.sym("log", problem.count)
         values = tuple(ca.exp(variables[j]) for j in range(problem.count))
+        plant = problem.plant
         residuals = [
-            _Residual(problem.plant, problem.majorants, center, problem.accuracy)
+            _Residual(
+                partial(PerformanceResidual, plant, problem.majorants, center),
+                problem.accuracy,
+                plant.order,
+            )
             for center in problem.centers
         ]
         handed: tuple[Residual[Any], ...] = tuple(residuals)
@@ -173,7 +172,7 @@ class Program:
         count = len(free) + (1 if self._needs_inner else 0)
         variables = ca.SX.sym("log", count)
         numbers = CasadiNumbers()
-        residual = _Residual(problem.plant, problem.majorants, problem.center, problem.accuracy)
+        residual = _Residual(problem.residual, problem.accuracy, problem.order)
         values: Mapping[Slot, Any] = {slot: ca.exp(variables[j]) for j, slot in enumerate(free)}
         shapes, widths = assemble(problem, values, numbers)
         start = chain_input(shapes, widths, problem.center, problem.conditions, numbers)

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
         SignalBounds,
     )
     from bfppc_synth.model.certificate import Certificate
+    from bfppc_synth.model.nominal import NominalModel, NominalSplit
     from bfppc_synth.model.plant import Plant
     from bfppc_synth.model.shapes import Gain
     from bfppc_synth.model.spec import PlantSpec
@@ -28,7 +29,8 @@ class Design:
     ``gains`` phi_1..phi_n, ``omega`` p_1..p_n; ``largest_certified_period`` is a lower bound
     on the sample period [s] that these gains tolerate; ``stages`` are the free stages of
     theorem3, whose last stage everything else here is about (``signals`` are common to all);
-    ``theorem1`` is there with that method only.
+    ``theorem1`` is there with that method only, ``nominal`` and
+    ``nominal_split`` with that center only.
     """
 
     spec: PlantSpec
@@ -44,3 +46,5 @@ class Design:
     largest_certified_period: float
     stages: tuple[Stage, ...] = ()
     theorem1: Theorem1Bounds | None = None
+    nominal: NominalModel | None = None
+    nominal_split: NominalSplit | None = None

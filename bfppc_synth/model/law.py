@@ -84,17 +84,33 @@ class Range:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class LatchBlock:
+    """What center nominal does before its center (docs/theory.md section 4).
+
+    ``signals`` run at every step: y_k = y_d^(k)/k! at ``elapsed``, from the compiled-in
+    reference or from the passed y_d_k. ``statements`` run once, at the first accepted sample,
+    and read x_i and y_k; ``values`` are what is then latched, one per name in ``latched``.
+    """
+
+    signals: tuple[Statement, ...]
+    statements: tuple[Statement, ...]
+    values: tuple[Operand, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class CenterBlock:
     """The center r_1..r_n and the feedforward v of docs/theory.md section 2.
 
     ``statements`` read ``elapsed`` (t - t_0), ``y_d``, ``offset`` (the latched
     q(x_1(0)) - y_d(0)) and ``start_i``; ``latched`` names those start_i, q(x_i(0)), i >= 2.
+    With ``latch`` (center nominal) they read ``elapsed``, y_k and the names in ``latched``.
     """
 
     statements: tuple[Statement, ...]
     r: tuple[Operand, ...]
     v: Operand
     latched: tuple[str, ...]
+    latch: LatchBlock | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -135,7 +151,8 @@ class Switching:
 class Law:
     """One control step, ready to be printed in any language.
 
-    A step screens ``inputs`` and ``reference_range``, then the time, latches ``offset`` and
+    A step screens ``inputs``, the time and ``reference_ranges`` (of y_d, or of y_d_0..y_d_n
+    where it is passed with its derivatives), latches ``offset`` and
     the center's ``latched`` at the first accepted sample, runs ``center`` and ``feedback``
     and clamps ``u`` to U_MAX. ``start`` and ``tube`` failing means OUTSIDE. ``time_limit``
     is the largest power of two below which one ulp of t is at most period/16 (None when
@@ -155,7 +172,7 @@ class Law:
     limits: tuple[NamedConstant, ...]
     derived: tuple[Statement, ...]
     inputs: tuple[Range, ...]
-    reference_range: Range
+    reference_ranges: tuple[Range, ...]
     start: tuple[Range, ...]
     tube: tuple[Range, ...]
     time_limit: float | None
@@ -165,6 +182,12 @@ class Law:
     feedback: tuple[Statement, ...]
     formula: str = SHAPE_FORMULA
     switching: Switching | None = None
+
+    @property
+    def derivatives(self) -> tuple[str, ...]:
+        """Names of y_d, dy_d, .. as passed with every sample; empty where y_d is a number."""
+        names = tuple(test.variable for test in self.reference_ranges)
+        return names if len(names) > 1 else ()
 
     @property
     def u_max(self) -> float:

@@ -189,7 +189,9 @@ def _plot(
     edges = [*band[:2]] if band is not None else []
     heights = [np.asarray(rules[0], dtype=np.float64)] if rules[0] else []
     everything = np.concatenate([*(values for _, _, values in series), *edges, *heights])
-    horizontal = _Axis(low=float(t[0]), high=float(t[-1]), start=LEFT, end=WIDTH - RIGHT)
+    # A run may end in its first row.
+    end = float(t[-1]) if t[-1] > t[0] else float(t[0]) + 1.0
+    horizontal = _Axis(low=float(t[0]), high=end, start=LEFT, end=WIDTH - RIGHT)
     low, high = _padded(float(everything.min()), float(everything.max()))
     vertical = _Axis(low=low, high=high, start=HEIGHT - BOTTOM, end=TOP)
     filled = ""

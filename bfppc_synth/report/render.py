@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.model.spec import ReferenceKind
@@ -156,10 +156,18 @@ def render_readme(document: Mapping[str, object]) -> str:
             promise_title="Promise" if certified else "Promise, not proved",
             status_text="certified" if certified else "NOT CERTIFIED",
             deltas=", ".join(deltas),
+            converters=_converters(document),
             number=lambda *keys: shown(look_up(document, keys)),
             **_calls(document),
         )
     )
+
+
+def _converters(document: Mapping[str, object]) -> list[tuple[str, int]]:
+    """Name and index of every state that is quantized."""
+    states: Any = document["states"]
+    entries: Any = look_up(document, ("measurement", "adc"))
+    return [(name, i) for i, name in enumerate(states) if entries[i] is not None]
 
 
 def _calls(document: Mapping[str, object]) -> dict[str, object]:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from bfppc_synth.model.spec import RhoKind
+from bfppc_synth.model.spec import QuantizerKind, RhoKind
 from bfppc_synth.report.numbers import constant, finite, finites
 from bfppc_synth.report.stages import reanchors
 
 if TYPE_CHECKING:
     from bfppc_synth.model.design import Design
     from bfppc_synth.model.expression import Expression
-    from bfppc_synth.model.spec import ChannelSpec, PlantSpec, RhoSpec
+    from bfppc_synth.model.spec import ChannelSpec, PlantSpec, QuantizerSpec, RhoSpec
 
 LONGEST_RUN = 1e6
 MANTISSA_BITS = 52
@@ -105,7 +106,7 @@ def performance_entry(design: Design) -> dict[str, object]:
 
 
 def measurement_entry(design: Design) -> dict[str, object]:
-    """Lay out quantizer, noise and delta_0 of every state [unit of x_i]."""
+    """Lay out quantizer, noise, delta_0 and the converter of every state [unit of x_i]."""
     measurement = design.spec.measurement
     keys = ("step", "dead_zone", "hysteresis", "minimum", "density", "threshold")
     quantizers = []
@@ -117,7 +118,58 @@ def measurement_entry(design: Design) -> dict[str, object]:
         "delta": finites(design.conditions.delta),
         "quantizer": quantizers,
         "noise": [constant(value) for value in measurement.noise],
+        "adc": [
+            _converter(quantizer, max(ranges))
+            for quantizer, ranges in zip(measurement.quantizers, _ranges(design), strict=True)
+        ],
     }
+
+
+def _ranges(design: Design) -> tuple[tuple[float, ...], ...]:
+    """X_i of every stage, state by state: the converter is the same in all of them."""
+    chains = (*(stage.bounds for stage in design.stages), design.bounds)
+    return tuple(zip(*(bounds.X for bounds in chains), strict=True))
+
+
+def _converter(quantizer: QuantizerSpec, reach: float) -> dict[str, object] | None:
+    """Lay out the range +-X_i and the bits that a converter needs; None for exact measurement."""
+    if quantizer.kind is QuantizerKind.NONE or quantizer.step is None:
+        return None
+    step = constant(quantizer.step)
+    bits = cell_bits(quantizer, reach) if math.isfinite(reach) else None
+    return {"range": finite(reach), "step": step, "bits": bits}
+
+
+def cell_bits(quantizer: QuantizerSpec, reach: float) -> int:
+    """Give the bits that tell the cells of a quantizer on [-X, X] apart.
+
+    Parameters
+    ----------
+    quantizer : QuantizerSpec
+        Of a kind that has a step.
+    reach : float
+        X, finite [unit of the state].
+
+    Returns
+    -------
+    int
+        ceil(log2(2 X / step)), at least 1; for a logarithmic-uniform quantizer its cells below
+        the threshold are counted as what they are.
+
+    References
+    ----------
+    docs/theory.md sections 2 (X_i) and 3.
+    """
+    step = Fraction(1 if quantizer.step is None else constant(quantizer.step))
+    cells = math.ceil(2 * Fraction(reach) / step)
+    if quantizer.minimum and quantizer.density and quantizer.threshold:
+        least, threshold = constant(quantizer.minimum), constant(quantizer.threshold)
+        ratio = (1.0 + constant(quantizer.density)) / (1.0 - constant(quantizer.density))
+        inner = math.ceil(math.log(max(min(reach, threshold) / least, 1.0)) / math.log(ratio))
+        outer = math.ceil(max(Fraction(reach) - Fraction(threshold), Fraction(0)) / step)
+        cells = 1 + 2 * (inner + outer)
+    # The smallest b with 2^b >= cells, in integers: a logarithm may land on the wrong side.
+    return max(1, (cells - 1).bit_length())
 
 
 def sampling_entry(design: Design) -> dict[str, object]:

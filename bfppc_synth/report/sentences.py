@@ -196,7 +196,20 @@ def requirements(design: Design) -> tuple[Requirement, ...]:
                 meaning=f"largest measurement error that is covered; {kind}",
             )
         )
+        if quantizer.step is not None:
+            rows.append(_converter(state, index))
     return (*rows, *_timing(design))
+
+
+def _converter(state: str, index: int) -> Requirement:
+    path = f"measurement/adc/{index}"
+    return Requirement(
+        what=f"Converter of `{state}`",
+        value=f"#{path}/bits#",
+        unit="bits",
+        meaning=rf"for cells of width #{path}/step# over the range $\pm X_{{{index + 1}}}$ = "
+        f"#{path}/range#, which the state never leaves; one level more where 0 is a level",
+    )
 
 
 def _timing(design: Design) -> tuple[Requirement, ...]:

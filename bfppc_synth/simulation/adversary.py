@@ -1,8 +1,9 @@
 """Adversaries: plants, disturbances and sensors that use all that the certificate assumes.
 
 Center performance takes the bounds as the truth: |f_i| <= f_i*, g_{m,i} <= g_i <= g_i*
-pointwise, parameters anywhere in their ranges at any speed (docs/theory.md section 2). So a
-run inside the tube is evidence, and one outside refutes the design.
+pointwise, parameters anywhere in their ranges at any speed (docs/theory.md section 2). Center
+nominal takes f and g for the truth where the file has them, parameters as before. So a run
+inside the tube is evidence, and one outside refutes the design.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
     from bfppc_synth.model.design import Design
     from bfppc_synth.simulation.plant import Dynamics
+    from bfppc_synth.simulation.references import Derivatives, Reference
     from bfppc_synth.simulation.scheme import Scheme
     from bfppc_synth.simulation.tracking import Tracking
 
@@ -76,11 +78,14 @@ class Adversary:
                 "corner" if corner else "random point",
             )
         )
+        self.y_d: Reference
+        self.derivatives: Derivatives | None = None
         if dynamics.reference is not None:
             self.y_d = dynamics.reference
         else:
             first = self._random.uniform(*first_references(design.spec, self.start[0]))
-            self.y_d = sine(design.spec, first, self._sign())
+            supplied = sine(design.spec, first, self._sign())
+            self.y_d, self.derivatives = supplied, supplied.derivatives
         self._noise = tuple(bound.approximate for bound in design.spec.measurement.noise)
         self._error = design.spec.actuator.error.approximate
         self._uncertain = any(lower < upper for lower, upper in dynamics.ranges)

@@ -6,6 +6,7 @@ behind that point would hand over from a place that no continuous measurement al
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
     from bfppc_synth.simulation.plant import Truth
     from bfppc_synth.simulation.staged import Rollback, StagedTracking
     from bfppc_synth.simulation.stepping import Action
+
+    # Time [s] -> what the controller gets as y_d: with center nominal, derivatives too.
+    Passed = Callable[[float], float | Sequence[float] | None]
 
 # Halvings of a step: what is left of it moves no error by more than p^ exceeds p.
 _HALVINGS = 30
@@ -43,7 +47,7 @@ class Crossing:
     truth: Truth
     tracking: StagedTracking
     back: Rollback
-    passed: Callable[[float], float | None]
+    passed: Passed
     y_d: Callable[[float], float]
     meet: Callable[[int, Sequence[float]], None]
     enough: float
@@ -86,7 +90,8 @@ class Crossing:
             self._unswitched,
             end,
             length,
-            self.enough * length,
+            # Below the last digits of x_n no residual can get, however short the step.
+            max(self.enough * length, 8.0 * math.ulp(abs(point.x[-1]))),
             self.close,
             self.peak,
             1.0,
@@ -99,7 +104,9 @@ class Crossing:
         )
         return Point(x=tuple(x), measured=tuple(measured), u=self.back.command)
 
-    def _unswitched(self, t: float, measured: Sequence[float], y_d: float | None) -> float:
+    def _unswitched(
+        self, t: float, measured: Sequence[float], y_d: float | Sequence[float] | None
+    ) -> float:
         """Return the command of the stage that the step begins in.
 
         The next stage's law would make the equation of the step jump: its root might then lie

@@ -7,7 +7,8 @@ states below follow, x_i' = x_i + h (f_i + g_i x_{i+1}'), which keeps steep virt
 stable too; so they are affine in z = x_n', the law falls with z, and one increasing scalar
 equation remains. f and g are those of the start of the step: this is of first order in h.
 Unlike the sampled runs, which are exact up to the RK4 error, it is the certified loop only up
-to that error.
+to that error. With center nominal the error on the center itself is added to f, so that only
+what moves the errors e_i is of first order.
 """
 
 from __future__ import annotations

@@ -27,7 +27,9 @@ class Controller(Protocol):
     def reset(self) -> None:
         """Forget the latched start."""
 
-    def step(self, t: float, x: Sequence[float], y_d: float | None = None) -> float:
+    def step(
+        self, t: float, x: Sequence[float], y_d: float | Sequence[float] | None = None
+    ) -> float:
         """Return the command for the measured states x at time t [s]."""
 
 

@@ -13,7 +13,7 @@ from bfppc_synth.model.trajectory import RunSummary, StagePeaks, Trajectory, wit
 from bfppc_synth.simulation.adversary import Adversary
 from bfppc_synth.simulation.loading import load_controller
 from bfppc_synth.simulation.nominal import Nominal
-from bfppc_synth.simulation.plant import compile_plant
+from bfppc_synth.simulation.plant import compile_plant, modelled
 from bfppc_synth.simulation.recorder import DIVERGED
 from bfppc_synth.simulation.scheme import Coverage, choose_scheme
 from bfppc_synth.simulation.staged import stage_widths
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from bfppc_synth.model.design import Design
     from bfppc_synth.simulation.loading import Controller
+    from bfppc_synth.simulation.plant import Dynamics
     from bfppc_synth.simulation.scheme import Scheme
     from bfppc_synth.simulation.stepping import Run
 
@@ -99,7 +100,7 @@ def simulate_nominal(
         )
     if start is not None and not all(abs(x) < DIVERGED for x in start):
         raise UsageError(f"--x0: {max(start, key=abs)} is not below {DIVERGED:g} in magnitude")
-    dynamics = compile_plant(design.plant)
+    dynamics = _dynamics(design)
 
     def attempt(scheme: Scheme) -> Run:
         setting = _setting(design, controller, scheme, time)
@@ -151,7 +152,7 @@ def simulate_adversaries(
     ----------
     docs/theory.md sections 2 and 3; SPEC section 1, Simulation.
     """
-    dynamics = compile_plant(design.plant)
+    dynamics = _dynamics(design)
     simulation = design.spec.simulation
 
     def summary(number: int) -> RunSummary:
@@ -171,6 +172,11 @@ def simulate_adversaries(
         )
 
     return tuple(summary(number) for number in range(runs))
+
+
+def _dynamics(design: Design) -> Dynamics:
+    plant = design.plant
+    return compile_plant(plant if design.nominal is None else modelled(plant))
 
 
 def _setting(

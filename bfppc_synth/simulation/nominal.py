@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from bfppc_synth.model.design import Design
     from bfppc_synth.simulation.plant import Dynamics
+    from bfppc_synth.simulation.references import Derivatives, Reference
     from bfppc_synth.simulation.tracking import Tracking
 
 
@@ -35,12 +36,15 @@ class Nominal:
         middle = tuple(0.5 * (lower + upper) for lower, upper in initial_box(design.spec))
         self.start = middle if start is None else start
         self.truth = dynamics.model
+        self.y_d: Reference
+        self.derivatives: Derivatives | None = None
         if dynamics.reference is not None:
             self.y_d = dynamics.reference
         else:
             # From 0 where the offset allows it, else from the value nearest to 0.
             lower, upper = first_references(design.spec, self.start[0])
-            self.y_d = sine(design.spec, min(max(0.0, lower), upper), 1.0)
+            supplied = sine(design.spec, min(max(0.0, lower), upper), 1.0)
+            self.y_d, self.derivatives = supplied, supplied.derivatives
         quiet = (0.0,) * dynamics.order
         self._action = Action(arguments=dynamics.nominal, noise=quiet, error=0.0, until=math.inf)
 

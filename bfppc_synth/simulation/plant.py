@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from bfppc_synth.expressions.evaluate import FLOAT_FUNCTIONS, evaluate
@@ -66,6 +66,21 @@ class Dynamics:
         """Arguments of the nominal plant: midpoints, no disturbance, g in the middle."""
         midpoints = tuple(0.5 * (lower + upper) for lower, upper in self.ranges)
         return (*midpoints, *(0.0,) * (2 * self.order), *(0.5,) * self.order)
+
+
+def modelled(plant: Plant) -> Plant:
+    """Forget the bounds of what the file has a formula for: center nominal takes it for true."""
+    channels = (
+        replace(channel, f_bound=None if channel.f is not None else channel.f_bound)
+        for channel in plant.channels
+    )
+    return replace(
+        plant,
+        channels=tuple(
+            channel if channel.g is None else replace(channel, g_bound=None, g_min=None)
+            for channel in channels
+        ),
+    )
 
 
 def compile_plant(plant: Plant) -> Dynamics:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from bfppc_synth.errors import ShapeError
@@ -13,6 +14,28 @@ if TYPE_CHECKING:
     from bfppc_synth.model.spec import Interval, PlantSpec
 
     Reference = Callable[[float], float]
+    # Time since the first sample [s] -> y_d, dy_d, .., y_d^(n).
+    Derivatives = Callable[[float], tuple[float, ...]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sine:
+    """Y_0 sin(w t + phase), t [s] since the first sample, with ``order`` exact derivatives."""
+
+    amplitude: float
+    frequency: float
+    phase: float
+    order: int
+
+    def __call__(self, t: float) -> float:
+        """Return y_d at t."""
+        return self.amplitude * math.sin(self.frequency * t + self.phase)
+
+    def derivatives(self, t: float) -> tuple[float, ...]:
+        """Return y_d, dy_d, .. at t."""
+        w, angle = self.frequency, self.frequency * t + self.phase
+        waves = math.sin(angle), math.cos(angle), -math.sin(angle), -math.cos(angle)
+        return tuple(self.amplitude * w**j * waves[j % 4] for j in range(self.order + 1))
 
 
 def initial_box(spec: PlantSpec) -> tuple[tuple[float, float], ...]:
@@ -58,7 +81,7 @@ def first_references(spec: PlantSpec, x_1: float) -> tuple[float, float]:
     return min(max(x_1 - offset, -y_0), y_0), min(max(x_1 + offset, -y_0), y_0)
 
 
-def sine(spec: PlantSpec, start: float, direction: float) -> Reference:
+def sine(spec: PlantSpec, start: float, direction: float) -> Sine:
     """Make Y_0 sin(w t + phase), w the largest that respects every declared bound.
 
     Parameters
@@ -72,19 +95,19 @@ def sine(spec: PlantSpec, start: float, direction: float) -> Reference:
 
     Returns
     -------
-    Callable[[float], float]
-        y_d of the time since the first sample [s].
+    Sine
+        y_d of the time since the first sample [s], with n derivatives.
     """
     y_0, *rates = (bound.approximate for bound in spec.reference.bounds)
     if y_0 == 0.0:
-        return lambda _: 0.0
+        return Sine(amplitude=0.0, frequency=0.0, phase=0.0, order=spec.order)
     if not rates:
         raise ShapeError("reference.bounds: Y_0 alone does not bound the slope of the reference")
     w = min((rate / y_0) ** (1.0 / j) for j, rate in enumerate(rates, start=1))
     phase = math.asin(start / y_0)
     if direction < 0.0:
         phase = math.pi - phase
-    return lambda t: y_0 * math.sin(w * t + phase)
+    return Sine(amplitude=y_0, frequency=w, phase=phase, order=spec.order)
 
 
 def _end_points(interval: Interval) -> tuple[float, float]:

@@ -118,7 +118,8 @@ def choose_scheme(design: Design) -> Scheme:
 def _shortest_time(design: Design) -> float:
     """Time [s] in which what the plant and the center do alone could cross the tube.
 
-    That part of a step is explicit, so a longer step is not the certified loop.
+    That part of a step is explicit, so a longer step is not the certified loop. What a nominal
+    center and its model do together is exact, and no part of W_i.
     """
     bounds = design.bounds
     times = [xi / W for xi, W in zip(bounds.xi, bounds.W, strict=True) if W > 0.0]

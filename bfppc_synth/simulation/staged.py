@@ -189,7 +189,7 @@ class Rollback:
         """Make what the controller remembers now the point to which trials return."""
         self._kept = [getattr(self._controller, name) for name in self._names]
 
-    def trial(self, t: float, x: Sequence[float], y_d: float | None) -> float:
+    def trial(self, t: float, x: Sequence[float], y_d: float | Sequence[float] | None) -> float:
         """Take the step from the kept point, whatever was tried before; keep its command."""
         for name, value in zip(self._names, self._kept, strict=True):
             setattr(self._controller, name, value)

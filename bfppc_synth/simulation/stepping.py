@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from bfppc_synth.simulation.crossing import Crossing, Point
+from bfppc_synth.simulation.following import FollowingTracking
 from bfppc_synth.simulation.implicit import accuracy, make_solver
 from bfppc_synth.simulation.quantizers import make_quantizer
 from bfppc_synth.simulation.recorder import BATCH, Recorder
@@ -18,8 +19,10 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from bfppc_synth.model.design import Design
+    from bfppc_synth.simulation.crossing import Passed
     from bfppc_synth.simulation.loading import Controller
     from bfppc_synth.simulation.plant import Truth
+    from bfppc_synth.simulation.references import Derivatives
     from bfppc_synth.simulation.scheme import Scheme
 
 
@@ -43,6 +46,7 @@ class Nature(Protocol):
     kind: str
     start: tuple[float, ...]
     truth: Truth
+    derivatives: Derivatives | None
 
     def y_d(self, t: float) -> float:
         """Return the reference at time t [s]."""
@@ -117,7 +121,7 @@ class _Loop:
         self.nature = nature
         scheme, design = setting.scheme, setting.design
         self.controller = setting.controller()
-        self.passed = nature.y_d if design.plant.reference is None else _compiled_in
+        self.passed = _passed(design, nature)
         self.quantizers = [make_quantizer(item) for item in design.spec.measurement.quantizers]
         self.exact = not any(quantizer.resolution for quantizer in self.quantizers)
         # The center is latched with the first noise, so nature chooses that one without it.
@@ -125,7 +129,8 @@ class _Loop:
         self.measured = self._measure(nature.start)
         start = Start(true=nature.start, measured=tuple(self.measured), reference=nature.y_d(0.0))
         self.staged = StagedTracking(design, start) if design.stages else None
-        tracking = Tracking(design, start) if self.staged is None else self.staged
+        self.following = _following(design, nature, start)
+        tracking = self.staged or self.following or Tracking(design, start)
         nature.begin(tracking)
         self.recorder = Recorder(scheme.step, tracking, nature.y_d, stride=stride)
 
@@ -182,6 +187,7 @@ class _Loop:
         """Take steps whose command belongs to their end."""
         design, scheme, nature = self.setting.design, self.setting.scheme, self.nature
         recorder, controller, h = self.recorder, self.controller, scheme.sample
+        following = self.following
         coefficients, action = nature.truth.coefficients, self.action
         solve, step, slope = make_solver(design.plant.order), controller.step, 1.0
         (enough, close), peak = accuracy(design, h), design.bounds.U
@@ -216,6 +222,8 @@ class _Loop:
                     return False
                 continue
             pairs = coefficients(now, *x, *action.arguments)
+            if following is not None:
+                pairs = _exact_on_center(pairs, following.defect(k, h))
             x, measured, u, slope = solve(
                 step, end, h, enough, close, peak, slope, u, error, y_d, *x, *pairs, *noise
             )
@@ -223,6 +231,28 @@ class _Loop:
             if len(recorder.rows) >= BATCH and not recorder.flush():
                 return False
         return True
+
+
+def _following(design: Design, nature: Nature, start: Start) -> FollowingTracking | None:
+    """Take the errors around what the nominal plant follows, with that center only."""
+    if design.nominal is None:
+        return None
+    return FollowingTracking(design, design.nominal, start, nature.derivatives)
+
+
+def _exact_on_center(pairs: Sequence[float], defect: Sequence[float]) -> tuple[float, ...]:
+    """Add to f_i of (f_1, g_1, ..) what a step misses of the center's own motion."""
+    forces = zip(pairs[::2], pairs[1::2], defect, strict=True)
+    return tuple(number for f, g, missed in forces for number in (f + missed, g))
+
+
+def _passed(design: Design, nature: Nature) -> Passed:
+    """Return what the controller gets as y_d at a time."""
+    if design.plant.reference is not None:
+        return _compiled_in
+    if design.nominal is not None and nature.derivatives is not None:
+        return nature.derivatives
+    return nature.y_d
 
 
 def _compiled_in(t: float) -> None:

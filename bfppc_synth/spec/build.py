@@ -43,6 +43,7 @@ DEFAULT_HORIZON: Final = 10.0
 _STEPS_BY_DEFAULT: Final = 5000
 _SAMPLES_BY_DEFAULT: Final = 20_000
 _SHORTEST_BY_DEFAULT: Final = 4.0
+_MOST_BY_DEFAULT: Final = 40_000
 
 
 def _constant(book: Notebook, path: str, default: str) -> Constant:
@@ -228,7 +229,8 @@ def build_simulation(book: Notebook, measurement: MeasurementSpec) -> Simulation
         horizon = declared.approximate
     elif sample_period:
         longest = max(_SAMPLES_BY_DEFAULT * sample_period, _SHORTEST_BY_DEFAULT)
-        horizon = min(DEFAULT_HORIZON, longest)
+        # Microseconds between samples would otherwise take hours and all memory.
+        horizon = min(DEFAULT_HORIZON, longest, _MOST_BY_DEFAULT * sample_period)
     else:
         horizon = DEFAULT_HORIZON
     step = book.constant("simulation.period")

@@ -54,7 +54,7 @@ def read_document(path: Path) -> Document:
     )
 
 
-def _fatal(path: str, source: str, message: str, fix: str = "", **at: int) -> PlantFileError:
+def _fatal(path: str, source: str, message: str, fix: str, **at: int) -> PlantFileError:
     mistake = Mistake(
         path="",
         line=at.get("line", 1),

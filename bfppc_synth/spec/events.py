@@ -90,7 +90,8 @@ class _Builder:
         except MarkedYAMLError as error:
             raise self._syntax(error) from None
         except YAMLError as error:
-            raise self._stop(str(error).partition("\n")[0]) from None
+            line = str(error).partition("\n")[0]
+            raise self._stop(f"not YAML: {line}", _ANY_HINT) from None
         if isinstance(self._root, Mapping) and self._root.entries:
             return self._root
         if self._root is None or (isinstance(self._root, Scalar) and self._root.is_null):
@@ -100,8 +101,12 @@ class _Builder:
             )
         raise self._stop("no mapping of keys to values", "begin with `name: my_plant`")
 
-    def _stop(self, message: str, fix: str = "", mark: Any = None) -> PlantFileError:
+    def _stop(self, message: str, fix: str, mark: Any = None) -> PlantFileError:
         line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
+        lines = self._source.splitlines()
+        if line > len(lines) > 0:
+            # Behind the last line there is nothing that a caret could stand under.
+            line, column = len(lines), len(lines[-1]) + 1
         mistake = Mistake(path="", line=line, column=column, length=1, message=message, fix=fix)
         return PlantFileError(self._path, self._source, (*self.mistakes, mistake))
 
@@ -109,6 +114,9 @@ class _Builder:
         mark = error.problem_mark or error.context_mark
         problem = (error.problem or "not YAML").strip()
         index = mark.index if mark is not None else 0
+        if error.context_mark is not None and not self._source[index:].strip():
+            # What is missing at the end of the file was opened at another place.
+            mark = error.context_mark
         if self._source[index : index + 1] == "\t" or "\\t" in problem:
             return self._stop("a tab where YAML wants spaces", "indent with spaces", mark)
         fix = next((hint for words, hint in _HINTS if words in problem), _ANY_HINT)

@@ -43,7 +43,7 @@ class Notebook:
         """Return the path that holds a state's own value, or the one for all states."""
         return f"{path}.{state}" if path in self._spread else path
 
-    def blame(self, path: str, tree: Tree, message: str, fix: str = "") -> None:
+    def blame(self, path: str, tree: Tree, message: str, fix: str) -> None:
         """Add a mistake that underlines a value or a key."""
         self.blame_part(path, tree, message, fix, column=tree.place.column, length=tree.length)
 
@@ -62,7 +62,7 @@ class Notebook:
             )
         )
 
-    def blame_path(self, path: str, message: str, fix: str = "") -> None:
+    def blame_path(self, path: str, message: str, fix: str) -> None:
         """Add a mistake at the value of a path, or at the nearest section the file has."""
         known = path
         while known not in self._trees and known:

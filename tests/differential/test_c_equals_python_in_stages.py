@@ -19,8 +19,6 @@ from bfppc_synth.codegen.python import render_controller
 from bfppc_synth.spec.load import load_spec
 from bfppc_synth.synthesis import synthesize
 
-pytestmark = pytest.mark.usefixtures("methods_to_come")
-
 PLANT = (Path(__file__).parents[1] / "plants" / "switching.yaml").read_text(encoding="utf-8")
 CONTAINED = ("method: theorem3", "method: theorem3\n  handover: containment")
 NARROW = ("p: {x1: 0.04, x2: 1}", "p: {x1: 0.01, x2: 1}")

@@ -20,8 +20,6 @@ from bfppc_synth.model.spec import Form
 from bfppc_synth.model.theorem1 import Schedule, Theorem1Spec
 from bfppc_synth.spec.load import load_spec
 
-pytestmark = pytest.mark.usefixtures("methods_to_come")
-
 EXAMPLE_1 = """
 name: one
 states: [x1, x2]

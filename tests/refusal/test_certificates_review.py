@@ -9,6 +9,7 @@ import hashlib
 import importlib.util
 import json
 import marshal
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from bfppc_synth import pipeline
 from bfppc_synth.certificate import checker
 from bfppc_synth.certificate.produce import produce_certificate
 from bfppc_synth.codegen.c import render_c
@@ -273,6 +275,53 @@ def test_a_law_that_turns_late_or_answers_wrongly_is_refused(
 @pytest.mark.parametrize("status", ["printed", "refuted", "undecided", ""])
 def test_a_manifest_of_another_status_is_refused(seal: Callable[..., Path], status: str) -> None:
     assert "the status is not `certified`" in refusal(seal(status=status))
+
+
+# --- what the checker alone does not find ------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("written") / "reviewed.yaml"
+    path.write_text(PLANT + "simulation: {horizon: 0.1, period: 0.01}\n")
+    outcome = pipeline.run(path, pipeline.Options(out=path.parent / "folder"))
+    assert outcome.exit_code == 0
+    return path.parent / "folder"
+
+
+USES = "    const bool started = (s->started != 0);\n"
+BEYOND = [
+    # file, replacements: nothing that 200 samples or the text of the constants would show
+    (PYTHON, [(GOOD_LAW, "u = 0.0 - phi_2 if not 7.0 < t < 7.000001 else phi_2")]),
+    (PYTHON, [("elapsed_limit = 1000000.0", "elapsed_limit = 1000001.0")]),
+    (SOURCE, [("command = 0.0 - phi_2", "command = 0.0 + phi_2")]),
+    (SOURCE, [(USES, f"{USES}    enum {{ reviewed_p_1 }};\n")]),
+    (
+        SOURCE,
+        [
+            (f"/* {BEGIN} */", f"static void unused(void)\n{{\n/* {BEGIN} */"),
+            (f"/* {END} */", f"/* {END} */\n}}\nstatic const reviewed_real reviewed_p_1;"),
+        ],
+    ),
+]
+
+
+@pytest.mark.parametrize(("name", "pairs"), BEYOND)
+def test_the_package_finds_every_other_change_by_generating_the_code_again(
+    written: Path, tmp_path: Path, name: str, pairs: list[tuple[str, str]]
+) -> None:
+    folder = tmp_path / "folder"
+    shutil.copytree(written, folder)
+    assert pipeline.verify(folder).exit_code == 0
+    changed = edited({name: (folder / name).read_text()}, name, *pairs)[name]
+    (folder / name).write_text(changed)
+    manifest = json.loads((folder / "manifest.json").read_text())
+    manifest["files"][name] = hashlib.sha256(changed.encode()).hexdigest()
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    outcome = pipeline.verify(folder)
+    told = "; ".join([*outcome.messages, *outcome.document["failures"]])
+    assert outcome.exit_code in (2, 4)
+    assert Path(name).name in told
 
 
 # --- plants -----------------------------------------------------------------------------------

@@ -380,14 +380,6 @@ ADDED = [
 ]
 
 
-@pytest.mark.parametrize("method", ["theorem1", "theorem3"])
-def test_a_method_without_a_proof_yet_is_refused(mistakes, method):
-    found = mistakes(GOOD + f"synthesis: {{method: {method}}}\n")
-    assert [item.path for item in found] == ["synthesis.method"]
-    assert f"{method} is not available in this version" in found[0].message
-
-
-@pytest.mark.usefixtures("methods_to_come")
 @pytest.mark.parametrize(("lines", "place", "path", "message", "fix"), ADDED)
 def test_an_added_line_is_judged_at_its_place(mistakes, lines, place, path, message, fix):
     found = mistakes(GOOD + lines + "\n")

@@ -9,8 +9,6 @@ from bfppc_synth.model.spec import Anchor
 from bfppc_synth.model.theorem1 import Schedule
 from bfppc_synth.spec.load import load_spec
 
-pytestmark = pytest.mark.usefixtures("methods_to_come")
-
 GOOD = """\
 name: plant
 states: [x1, x2]

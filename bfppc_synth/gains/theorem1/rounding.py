@@ -40,7 +40,9 @@ def round_theorem1(
     """
     problem = judge.problem
     spare = 1.0 + problem.margin
-    c_0 = to_digits(values.get(Unknown(kind="c_0", step=-1), problem.c_0 or 0.0), digits, upward=1)
+    c_0 = problem.c_0
+    if c_0 is None:
+        c_0 = to_digits(values[Unknown(kind="c_0", step=-1)], digits, upward=1)
     steps = [candidate_step(given, i, values) for i, given in enumerate(problem.steps)]
     for i, given in enumerate(problem.steps):
         found = judge.chain(tuple(steps[: i + 1]), c_0)

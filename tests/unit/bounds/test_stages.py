@@ -35,7 +35,7 @@ PRINTED = StageInput(
 
 
 @pytest.fixture(scope="module")
-def around(methods_to_come: None) -> Surroundings:
+def around() -> Surroundings:
     plant = build_plant(load_spec(PLANT))
     signals = bound_signals(plant)
     return Surroundings(

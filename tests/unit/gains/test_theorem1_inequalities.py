@@ -10,8 +10,6 @@ from bfppc_synth.gains.theorem1.problem import Given1, implied_c_0
 from bfppc_synth.model.bounds import CenterBounds
 from bfppc_synth.model.shapes import Shape, Theorem1Gain
 
-pytestmark = pytest.mark.usefixtures("methods_to_come")
-
 
 @pytest.mark.parametrize(("p", "D", "N"), [(0.15, 0.1, 3), (3.1, 2.1, 3), (1.01, 0.01, 5)])
 def test_the_power_growth_is_the_supremum_and_the_lemma_is_above_it(p, D, N):

@@ -17,8 +17,6 @@ from bfppc_synth.model.shapes import Shape
 from bfppc_synth.spec.load import load_spec
 from bfppc_synth.synthesis import prepare, synthesize
 
-pytestmark = pytest.mark.usefixtures("methods_to_come")
-
 PLANT = (Path(__file__).parents[2] / "plants" / "switching.yaml").read_text(encoding="utf-8")
 START = "x1: 0.5, x2: 2}"
 SAMPLED = ("simulation:", "sampling: {period: 0.0001}\nsimulation:")
@@ -139,12 +137,16 @@ def test_a_longer_period_widens_the_free_stages_too(spec):
     assert largest_period(problem, found.shapes, found.half_widths) >= 1e-4
 
 
-def test_nothing_is_certified_before_the_checker_knows_the_method(spec):
-    design = synthesize(spec())
-    assert design.certificate.verdict is Verdict.UNDECIDED
+@pytest.mark.parametrize(
+    ("changes", "more"),
+    [((), set()), ((CONTAINED, NARROW), {"T3.handover1[x1]", "T3.handover1[x2]"})],
+)
+def test_the_stages_are_certified_with_the_design(spec, changes, more):
+    design = synthesize(spec(*changes))
+    assert design.certificate.verdict is Verdict.CERTIFIED
     assert len(design.stages) == 1
     names = {entry.id for entry in design.certificate.inequalities}
-    assert {"T3.stage1[x1]", "T3.stage1[x2]", "U1[x1]"} <= names
+    assert {"T3.stage1[x1]", "T3.stage1[x2]", "U1[x1]", *more} <= names
 
 
 def test_the_printed_form_is_evaluated_and_never_certified(spec):

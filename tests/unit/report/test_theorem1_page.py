@@ -11,8 +11,6 @@ from bfppc_synth.model.spec import Form
 from bfppc_synth.report.gains import gain_table
 from bfppc_synth.report.theorem1 import theorem1_formula
 
-pytestmark = pytest.mark.usefixtures("methods_to_come")
-
 LEMMA = (
     r"c_0 \ge 3 \, c_{1} \, \eta_{1} "
     r"\left(p_{1}^{2} + \left(p_{1} + \eta_{1}\right)^{2}\right)"

@@ -241,6 +241,8 @@ def test_only_what_the_user_wrote_stands_in_the_twin(read):
         ("simulation: {horizon: 5}", 5.0, 0.001),
         ("sampling: {period: 0.001}", 10.0, 0.001),
         ("sampling: {period: 1e-4}", 4.0, 1e-4),
+        ("sampling: {period: 5e-5}", 40_000 * 5e-5, 5e-5),
+        ("sampling: {period: 1e-6}", 40_000 * 1e-6, 1e-6),
         ("sampling: {period: 1e-4}\nsimulation: {horizon: 8}", 8.0, 1e-4),
         ("measurement: {quantizer: {kind: uniform, step: 0.01}}", 10.0, 0.0005),
         ("simulation: {horizon: 3, period: 0.01}", 3.0, 0.01),

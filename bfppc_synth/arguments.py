@@ -1,0 +1,100 @@
+"""Words of the command line: what stands where, and the options that commands share."""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from bfppc_synth.errors import UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+COMMANDS = ("synth", "check", "simulate", "verify", "export")
+LATER = ("campaign", "compare", "doctor", "new", "schema", "sweep")
+# Options that take the next word; needed to find the command behind them.
+VALUED = frozenset({"--out", "--seed", "--real", "--math", "--horizon", "--x0", "--to"})
+
+Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="Only errors.")]
+Seed = Annotated[int | None, typer.Option("--seed", help="Seed of the simulated adversaries.")]
+Folder = Annotated[Path, typer.Argument(metavar="DIR", help="A generated folder.")]
+Plant = Annotated[Path, typer.Argument(metavar="PLANT", help="The plant file.")]
+Out = Annotated[Path | None, typer.Option(metavar="DIR", help="Where to write [generated/NAME].")]
+Allow = Annotated[bool, typer.Option("--allow-uncertified", help="Write without a certificate.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace the folder of another plant.")]
+Hidden = Annotated[str, typer.Option(hidden=True)]
+Horizon = Annotated[float | None, typer.Option(metavar="SECONDS", help="Length of the run.")]
+Start = Annotated[list[str] | None, typer.Option(metavar="x1=1.5,x2=0", help="Initial state.")]
+Starts = Annotated[
+    list[str] | None,
+    typer.Option("--x0", metavar="x1=1.5,x2=0", help="One more initial state; repeatable."),
+]
+Written = Annotated[
+    Path | None, typer.Option("--out", metavar="DIR", help="Write the audit there [nowhere].")
+]
+To = Annotated[str, typer.Option("--to", metavar="FORMAT", help="smt2 or coq.")]
+
+
+def arrange(words: Sequence[str]) -> list[str]:
+    """Put the command first: options may stand before it, and a file means ``synth``.
+
+    Raises
+    ------
+    UsageError
+        If the first word that is no option is neither a command nor a file.
+    """
+    if "--version" in words:
+        return ["--version"]
+    index = 0
+    while index < len(words) and words[index].startswith("-"):
+        index += 2 if words[index] in VALUED else 1
+    if index >= len(words):
+        return list(words)
+    word = words[index]
+    if word in COMMANDS:
+        return [word, *words[:index], *words[index + 1 :]]
+    choice = ", ".join(COMMANDS)
+    if word in LATER:
+        raise UsageError(f"command {word} is not available in this version; fix: use {choice}")
+    if word.lower().endswith((".yaml", ".yml")) or Path(word).is_file():
+        return ["synth", *words]
+    near = difflib.get_close_matches(word, COMMANDS, n=1)
+    fix = f"did you mean {near[0]}?" if near else "see bfppc-synth --help"
+    raise UsageError(f"{word} is neither a command ({choice}) nor a file; fix: {fix}")
+
+
+def initial_state(words: Sequence[str]) -> dict[str, float]:
+    """Read ``--x0 x1=1.5,x2=0``, repeatable.
+
+    Raises
+    ------
+    UsageError
+        If a part is not STATE=NUMBER.
+    """
+    start = {}
+    for part in ",".join(words).split(",") if words else ():
+        name, _, text = part.partition("=")
+        try:
+            value = float(text)
+        except ValueError:
+            value = float("nan")
+        if not abs(value) < float("inf"):
+            raise UsageError(f"--x0 {part}: not STATE=NUMBER; fix: write --x0 x1=1.5,x2=0")
+        start[name.strip()] = value
+    return start
+
+
+def require_folder(folder: Path) -> None:
+    """Refuse a folder that is not there.
+
+    Raises
+    ------
+    UsageError
+        If it is none.
+    """
+    if not folder.is_dir():
+        raise UsageError(f"{folder}: no such folder; fix: name one that bfppc-synth wrote")

@@ -1,0 +1,1 @@
+"""The audit of gains that somebody has chosen: every inequality, both forms, then simulations."""

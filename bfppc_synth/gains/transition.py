@@ -1,0 +1,145 @@
+"""How long the transition of center nominal lasts, where the plant file leaves it open."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from bfppc_synth.errors import EnvelopeError
+from bfppc_synth.gains.problem import Weights, is_free
+from bfppc_synth.gains.rounding import to_digits
+from bfppc_synth.gains.search import search
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from bfppc_synth.gains.problem import DesignProblem
+
+# Octaves of a second; beyond the ends only while that still helps.
+_FIRST = tuple(range(-3, 6))
+_FURTHEST = 14
+_REFINEMENTS = 4
+_DIGITS = 3
+# A gain this small does not justify another octave.
+_FLAT = 1e-4
+
+
+def choose_transition(
+    pose: Callable[[float], DesignProblem], progress: Callable[[str], None]
+) -> float:
+    """Search T_s on a grid of its logarithm, then around the best.
+
+    Parameters
+    ----------
+    pose : callable
+        The design problem for a T_s [s]; it may raise EnvelopeError.
+    progress : callable
+        Receives one sentence.
+
+    Returns
+    -------
+    float
+        T_s [s], three digits. Where no T_s has a design, the one with the least peak input
+        without a limit, else the one with the least feedforward.
+
+    Raises
+    ------
+    EnvelopeError
+        If the center has no enclosure for any T_s.
+
+    References
+    ----------
+    docs/theory.md section 4: a short T_s costs feedforward, a long one tracks late.
+    """
+    progress("choosing the transition time")
+    candidates = _Candidates(pose)
+    best = candidates.best_on_grid()
+    if math.isinf(candidates.cost(best)):
+        candidates = candidates.without_limit()
+        best = candidates.best_on_grid()
+    if math.isinf(candidates.cost(best)):
+        return candidates.least_feedforward()
+    step = math.sqrt(2.0)
+    for _ in range(_REFINEMENTS):
+        around = (best, to_digits(best / step, _DIGITS), to_digits(best * step, _DIGITS))
+        best = min(around, key=candidates.cost)
+        step = math.sqrt(step)
+    return best
+
+
+class _Candidates:
+    """Costs of the T_s tried so far."""
+
+    def __init__(self, pose: Callable[[float], DesignProblem]) -> None:
+        self._pose = pose
+        self._costs: dict[float, float] = {}
+        self._feedforward: dict[float, float] = {}
+        self._failure: EnvelopeError | None = None
+
+    def without_limit(self) -> _Candidates:
+        """Ask the same problems for the least peak input only."""
+
+        def pose(transition: float) -> DesignProblem:
+            weights = Weights(peak_input=1.0, slope=0.01)
+            return replace(self._pose(transition), limit=None, weights=weights)
+
+        return _Candidates(pose)
+
+    def cost(self, transition: float) -> float:
+        """Return what the search reaches with this T_s; infinity where it finds nothing."""
+        if transition not in self._costs:
+            self._costs[transition] = self._searched(transition)
+        return self._costs[transition]
+
+    def best_on_grid(self) -> float:
+        """Best of the grid, which grows at an end as long as that helps."""
+        tried = [(self.cost(_at(k)), k) for k in _FIRST]
+        for side in (-1, 1):
+            while True:
+                best, k = min(tried)
+                edge = side * max(side * j for _, j in tried)
+                if k != edge or abs(k) >= _FURTHEST or math.isinf(best):
+                    break
+                tried.append((self.cost(_at(k + side)), k + side))
+                if tried[-1][0] > best - _FLAT:
+                    break
+        return _at(min(tried)[1])
+
+    def least_feedforward(self) -> float:
+        """T_s of the smallest sup|v|."""
+        if not self._feedforward:
+            raise self._failure or EnvelopeError("the center has no enclosure", subexpression="")
+        return min(self._feedforward, key=lambda at: self._feedforward[at])
+
+    def _searched(self, transition: float) -> float:
+        try:
+            problem = self._pose(transition)
+        except EnvelopeError as error:
+            self._failure = error
+            return math.inf
+        self._feedforward[transition] = problem.center.v
+        free = is_free(problem)
+        if free and self._is_hopeless(problem):
+            return math.inf
+        found = search(problem, lambda _message: None)
+        if found is None:
+            return math.inf
+        # Gains that are all given have no best cost, only a T_s that leaves them most room.
+        return found.cost if free else found.shortfall
+
+    def _is_hopeless(self, problem: DesignProblem) -> bool:
+        """Whether the feedforward alone exceeds the limit, or costs more than the best so far."""
+        feedforward = problem.center.v
+        if problem.limit is not None and feedforward > problem.limit:
+            return True
+        # A small exponent of the slope does not make up for this factor of the peak input.
+        best = min(self._costs.values(), default=math.inf)
+        weights = problem.weights
+        if feedforward <= 0.0 or weights.slope > 0.1 * weights.peak_input:
+            return False
+        return weights.peak_input * (math.log(feedforward) - math.log(2.0)) > best
+
+
+def _at(octave: int) -> float:
+    return to_digits(2.0**octave, _DIGITS)

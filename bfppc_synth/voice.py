@@ -1,0 +1,82 @@
+"""What the command line says: results on stdout, everything else on stderr; exit codes."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from bfppc_synth.errors import BfppcError, PlantFileError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from bfppc_synth.pipeline import Outcome
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Voice:
+    """How to speak: results on stdout, everything else on stderr."""
+
+    as_json: bool
+    quiet: bool
+
+    def tell(self, outcome: Outcome) -> int:
+        """Print what came of a command; its exit code."""
+        from bfppc_synth.report.summary import summary
+
+        for message in outcome.messages:
+            if outcome.exit_code:
+                print(message, file=sys.stderr)
+            elif not self.quiet:
+                print(f"note: {message}", file=sys.stderr)
+        document: dict[str, Any] = {**outcome.document, "exit_code": outcome.exit_code}
+        if outcome.folder is not None:
+            document["folder"] = outcome.folder.as_posix()
+        if self.as_json:
+            print(json.dumps(document, indent=2))
+        elif not self.quiet:
+            print("\n".join(outcome.lines or summary(document)))
+        return outcome.exit_code
+
+    def complain(self, error: Exception, exit_code: int, sentence: str) -> int:
+        """Print why nothing came of it; with --json also as the object on stdout."""
+        print(sentence, file=sys.stderr)
+        if self.as_json:
+            mistakes = error.mistakes if isinstance(error, PlantFileError) else ()
+            rows = [{key: getattr(row, key) for key in row.__slots__} for row in mistakes]
+            document: dict[str, Any] = {"format": "bfppc-synth/error/1", "exit_code": exit_code}
+            document |= {"kind": type(error).__name__, "message": sentence, "mistakes": rows}
+            print(json.dumps(document, indent=2))
+        return exit_code
+
+    @contextmanager
+    def progress(self) -> Iterator[Callable[[str], None]]:
+        """Yield what shows the current step; silent unless stderr is a terminal."""
+        if self.quiet or not sys.stderr.isatty():
+            yield lambda _message: None
+            return
+        from rich.console import Console
+        from rich.markup import escape
+
+        with Console(stderr=True).status("reading") as status:
+            yield lambda message: status.update(escape(message))
+
+    def settle(self, work: Callable[[], int]) -> int:
+        """Run ``work``; whatever happens becomes an exit code, nobody sees a traceback unasked."""
+        try:
+            return work()
+        except BfppcError as error:
+            prefix = "" if isinstance(error, PlantFileError) else "error: "
+            return self.complain(error, error.exit_code, f"{prefix}{error}")
+        except KeyboardInterrupt:
+            print("interrupted", file=sys.stderr)
+            return 130
+        except Exception as error:
+            if os.environ.get("BFPPC_TRACEBACK") == "1":
+                raise
+            what = f"unexpected {type(error).__name__}: {error} (BFPPC_TRACEBACK=1 shows where)"
+            return self.complain(error, 1, what)
