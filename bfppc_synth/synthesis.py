@@ -28,12 +28,13 @@ from bfppc_synth.gains.methods.unified import Unified
 from bfppc_synth.gains.period import largest_period
 from bfppc_synth.gains.problem import DesignProblem, Weights, fixed_gains, is_free
 from bfppc_synth.gains.search import search
-from bfppc_synth.gains.terms import binding_terms
+from bfppc_synth.gains.terms import explained, nominal_split
 from bfppc_synth.majorants.derive import derive_majorants
 from bfppc_synth.model.certificate import Certificate, Inequality, Verdict
 from bfppc_synth.model.design import Design
 from bfppc_synth.model.shapes import Shape
-from bfppc_synth.model.spec import Form, Method, Objective
+from bfppc_synth.model.spec import CenterKind, Form, Method, Objective
+from bfppc_synth.synthesis_nominal import prepare_nominal
 from bfppc_synth.synthesis_theorem1 import (
     prepare_theorem1,
     read_proof,
@@ -93,12 +94,16 @@ def synthesize(spec: PlantSpec, *, progress: Callable[[str], None] = _silent) ->
     free = is_free(problem)
     found: Evaluation | None = None
     certificate: Certificate | None = None
-    for margin in MARGINS:
+    printed = spec.synthesis.form is Form.PRINTED
+    # A fixed step of the paper may hold with equality.
+    for margin in (MARGINS[0], 0.0) if printed else MARGINS:
         problem = replace(problem, margin=margin)
         found = search(problem, progress)
         if found is None:
+            if printed and margin > 0.0:
+                continue
             break
-        if spec.synthesis.form is Form.PRINTED:
+        if printed:
             certificate = _judged_in_floats(problem, found)
             break
         progress("proving")
@@ -114,9 +119,14 @@ def synthesize(spec: PlantSpec, *, progress: Callable[[str], None] = _silent) ->
 
 
 def prepare(
-    spec: PlantSpec, progress: Callable[[str], None] = _silent
+    spec: PlantSpec,
+    progress: Callable[[str], None] = _silent,
+    *,
+    transition: float | None = None,
 ) -> tuple[DesignProblem, SignalBounds]:
     """Build the plant, its majorants and signal bounds, and the problem to solve."""
+    if spec.synthesis.center is CenterKind.NOMINAL:
+        return prepare_nominal(spec, _weights(spec), MARGINS[0], progress, transition=transition)
     progress("bounding the plant")
     plant = build_plant(spec)
     try:
@@ -179,7 +189,7 @@ def restore(folder: Path) -> Design:
             " folder that bfppc-synth wrote"
         ) from error
     spec = load_spec(folder / "plant.yaml")
-    problem, signals = prepare(spec)
+    problem, signals = prepare(spec, transition=document["performance"].get("transition"))
     found = Judge(problem).best(shapes, widths)
     if found is None or len(shapes) != spec.order:
         raise UsageError(f"{folder}: the gains of report.json do not fit plant.yaml")
@@ -223,6 +233,7 @@ def _proved(problem: DesignProblem, found: Evaluation) -> Certificate:
         found.half_widths,
         tool=tool_name(),
         stages=() if problem.staging is None else problem.staging.stages,
+        transition=None if problem.nominal is None else problem.nominal.model.transition,
     )
     return judge(document, produced)
 
@@ -256,15 +267,14 @@ def _design(
     problem: DesignProblem, signals: SignalBounds, found: Evaluation, certificate: Certificate
 ) -> Design:
     spec = problem.plant.spec
-    explained = []
+    entries = []
     for entry in certificate.inequalities:
         stem, _, state = entry.id.rstrip("]").partition("[")
         if stem in ("U1", "U2", "U2'", "T2") and state in spec.states:
             step = spec.states.index(state)
-            shares = binding_terms(found.bounds, found.half_widths, problem.center, step)
-            explained.append(replace(entry, binding_terms=shares))
+            entries.append(replace(entry, binding_terms=explained(problem, found, step)))
         else:
-            explained.append(entry)
+            entries.append(entry)
     sampled = spec.synthesis.method in (Method.UNIFIED, Method.THEOREM3)
     periodic = sampled and spec.synthesis.form is Form.SOUND
     return Design(
@@ -277,9 +287,11 @@ def _design(
         gains=found.shapes,
         omega=found.half_widths,
         bounds=found.bounds,
-        certificate=replace(certificate, inequalities=tuple(explained)),
+        certificate=replace(certificate, inequalities=tuple(entries)),
         largest_certified_period=(
             largest_period(problem, found.shapes, found.half_widths) if periodic else 0.0
         ),
         stages=() if problem.staging is None else problem.staging.stages,
+        nominal=None if problem.nominal is None else problem.nominal.model,
+        nominal_split=nominal_split(problem, found),
     )

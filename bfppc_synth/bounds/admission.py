@@ -13,7 +13,7 @@ from bfppc_synth.expressions.partial import partial_parts
 from bfppc_synth.expressions.symbolic import to_sympy
 from bfppc_synth.majorants.envelope import compile_envelope, envelope
 from bfppc_synth.majorants.targets import FloatArithmetic
-from bfppc_synth.model.spec import ReferenceKind
+from bfppc_synth.model.spec import CenterKind, ReferenceKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -229,6 +229,8 @@ def _authority(
         " design has: without a positive lower bound there is no authority"
     )
     fix = f"narrow initial, reference or accuracy so that g of {name} stays positive"
+    if plant.spec.synthesis.center is CenterKind.PERFORMANCE and channel.g is not None:
+        fix += ", or use `center: nominal`, which follows the model"
     return [_mistake(plant, path, message, fix)]
 
 

@@ -10,6 +10,7 @@ import sympy as sp
 from bfppc_synth.bounds.chain import ChainInput, ChainRules, evaluate_chain
 from bfppc_synth.bounds.numbers import SymbolNumbers
 from bfppc_synth.model.shapes import GenericShape, Terms
+from bfppc_synth.model.spec import CenterKind
 
 if TYPE_CHECKING:
     from bfppc_synth.model.shapes import Gain
@@ -30,11 +31,16 @@ class ChainFormula:
 
 
 class _SymbolResidual:
-    """W_i, maj g_i*, g_{m,i} of center performance as named symbols."""
+    """W_i, maj g_i*, g_{m,i} as named symbols."""
+
+    def __init__(self, center: CenterKind) -> None:
+        self._center = center
 
     def disturbance(self, index: int, xi: tuple[sp.Expr, ...]) -> sp.Expr:
         del xi
         i = index + 1
+        if self._center is CenterKind.NOMINAL:
+            return _positive(rf"\sup\left|w_{{{i}}}\right|")
         drift, unknown = (
             _positive(rf"\overline{{f}}_{{{i}}}"),
             _positive(rf"\overline{{d}}_{{{i}}}"),
@@ -66,7 +72,11 @@ def _positive(name: str) -> sp.Symbol:
     return sp.Symbol(name, positive=True)
 
 
-def chain_formulas(shapes: tuple[Gain, ...], rules: ChainRules) -> tuple[ChainFormula, ...]:
+def chain_formulas(
+    shapes: tuple[Gain, ...],
+    rules: ChainRules,
+    center: CenterKind = CenterKind.PERFORMANCE,
+) -> tuple[ChainFormula, ...]:
     """Write out the chain for shapes with these terms.
 
     Parameters
@@ -75,6 +85,8 @@ def chain_formulas(shapes: tuple[Gain, ...], rules: ChainRules) -> tuple[ChainFo
         phi_1..phi_n; a term with gain 0 is left out.
     rules : ChainRules
         The forms that the design was made with.
+    center : CenterKind
+        Nominal: s_i = 0, W_i is the supremum of the residual, and v is fed forward.
 
     Returns
     -------
@@ -83,23 +95,26 @@ def chain_formulas(shapes: tuple[Gain, ...], rules: ChainRules) -> tuple[ChainFo
 
     References
     ----------
-    docs/theory.md sections 2 and 3.
+    docs/theory.md sections 2 to 4.
     """
     order, numbers = len(shapes), _Recorder()
+    zero, nominal = sp.Integer(0), center is CenterKind.NOMINAL
     start: ChainInput[sp.Expr] = ChainInput(
         shapes=tuple(_symbolic(shape, i + 1) for i, shape in enumerate(shapes)),
         half_widths=tuple(_positive(f"p_{{{i + 1}}}") for i in range(order)),
         r_bound=tuple(_positive(rf"\sup\left|r_{{{i + 1}}}\right|") for i in range(order)),
-        feed=(*(_positive(f"s_{{{i + 2}}}") for i in range(order - 1)), sp.Integer(0)),
-        v=sp.Integer(0),
-        v_rate=sp.Integer(0),
-        v_start=sp.Integer(0),
+        feed=tuple(
+            zero if nominal or i + 1 == order else _positive(f"s_{{{i + 2}}}") for i in range(order)
+        ),
+        v=_positive(r"\sup\left|v\right|") if nominal else zero,
+        v_rate=_positive(r"\sup\left|\dot{v}\right|") if nominal else zero,
+        v_start=_positive("v_{0}") if nominal else zero,
         delta=tuple(_positive(rf"\delta_{{0,{i + 1}}}") for i in range(order)),
         hold=_positive(r"\left(h+\tau\right)"),
         delay=_positive(r"{\tau}"),
         actuator_error=_positive(r"\delta_{u}"),
     )
-    evaluate_chain(start, _SymbolResidual(), numbers, rules)
+    evaluate_chain(start, _SymbolResidual(center), numbers, rules)
     scalars = {"zeta", "V", "U", "delta_v"}
     return tuple(
         ChainFormula(
@@ -111,7 +126,7 @@ def chain_formulas(shapes: tuple[Gain, ...], rules: ChainRules) -> tuple[ChainFo
         for (symbol, definition), (field, index) in zip(
             numbers.definitions, numbers.places, strict=True
         )
-        if field != "delta_v"
+        if field != "delta_v" or nominal
     )
 
 

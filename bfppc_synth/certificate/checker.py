@@ -4,14 +4,14 @@
     python verify.py DIR        checks DIR;  --json prints the answer as one JSON object
 
 It reads a plant (plant.json), gains and tube (certificate.json) and the controller's constants,
-derives every obligation of docs/theory.md sections 2, 3, 7 and 8 by itself and proves each one
+derives every obligation of docs/theory.md sections 2 to 4, 7 and 8 by itself and proves each one
 in outward rounded integer arithmetic. Nothing in the certificate is believed: proofs are hints
 where to split a box, enclosures are compared with what is computed here. Exit code 0: proved;
 4: refuted (with a witness where there is one) or undecided (named); 2: malformed.
 
 Reading order: kernel (numbers), normal form and parser (expressions), tape (expressions over
-boxes), plant, reference, chain, obligations, Theorems 1 and 3, verification, folder, law,
-command line.
+boxes), plant, reference, center nominal, chain, obligations, Theorems 1 and 3, verification,
+folder, law, command line.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import lru_cache
+from functools import lru_cache, reduce
 from pathlib import Path
 from typing import Any
 
@@ -97,6 +97,12 @@ def from_fraction(value: Fraction) -> Interval:
 def add(a: Interval, b: Interval) -> Interval:
     """Sum, exact."""
     return a[0] + b[0], a[1] + b[1]
+
+
+def total(terms: Iterable[Interval]) -> Interval:
+    """Sum of all, exact."""
+    ends = tuple(terms)
+    return sum(a[0] for a in ends), sum(a[1] for a in ends)
 
 
 def neg(a: Interval) -> Interval:
@@ -1067,11 +1073,7 @@ class Tape:
         if node.kind == "sym":
             return box[self._index[node.name]]
         if node.kind == "sum":
-            lo = hi = 0
-            for weight, arg in zip(node.weights, args, strict=True):
-                part = scale(weight, arg)
-                lo, hi = lo + part[0], hi + part[1]
-            return checked(lo, hi)
+            return checked(*total(map(scale, node.weights, args)))
         if node.kind == "prod":
             result = power(args[0], node.weights[0])
             for arg, e in zip(args[1:], node.weights[1:], strict=True):
@@ -1355,6 +1357,8 @@ class Problem:
     actuator_error: Interval
     limit: Interval | None
     fixed: Fixed
+    center: str
+    derivatives: tuple[Interval, ...]
 
 
 def fields(value: object, path: str, required: str, optional: str = "") -> dict[str, Any]:
@@ -1476,8 +1480,16 @@ def read_plant(document: object) -> Problem:
         delay=at_least(0, sampling.get("delay", "0"), "sampling.delay"),
         actuator_error=at_least(0, actuator.get("error", "0"), "actuator.error"),
         limit=at_least(1, actuator["limit"], "actuator.limit") if "limit" in actuator else None,
-        fixed=(*_fixed(synthesis, states), *_fixed_stages(stages, states)),
+        fixed=(
+            *_fixed(synthesis, states),
+            *_fixed_stages(stages, states),
+            *_fixed_duration(synthesis, performance),
+        ),
+        center=synthesis["center"],
+        derivatives=_derivatives(plant.get("reference", "0")),
     )
+    if problem.center == "nominal":
+        _check_nominal(problem)
     timing = (problem.period, problem.delay, problem.actuator_error)
     if problem.method == "theorem2" and any(a[1] for a in (*problem.delta, *timing)):
         raise MalformedError("theorem2 needs exact, continuous measurement and actuation")
@@ -1498,6 +1510,31 @@ def _check_theorem1(problem: Problem) -> None:
         given = (channel.g, channel.g_bound, channel.g_min)
         if any(node is not None and node.text != "1" for node in given):
             raise MalformedError(f"theorem1 needs g = 1, also of {state}")
+
+
+def _check_nominal(problem: Problem) -> None:
+    """Want Theorem U with latched starts, and a reference whose derivatives are known."""
+    if problem.method != "unified" or problem.anchor != "latched":
+        raise MalformedError("center nominal needs method unified and anchor latched")
+    if problem.reference is not None and problem.reference_bounds is not None:
+        raise MalformedError("center nominal needs a reference without declared bounds")
+    needed = len(problem.states) + 2
+    if problem.reference is None and len(problem.derivatives) < needed:
+        raise MalformedError(f"reference.bounds: center nominal needs {needed} of them")
+
+
+def _derivatives(value: object) -> tuple[Interval, ...]:
+    """Bounds on y_d, dy_d, .. of a reference that is supplied at run time."""
+    if not isinstance(value, Mapping) or "bounds" not in value:
+        return ()
+    return tuple(at_least(0, bound, "reference.bounds") for bound in value["bounds"])
+
+
+def _fixed_duration(synthesis: Mapping[str, Any], performance: Mapping[str, Any]) -> Fixed:
+    """Read T_s where center nominal finds it in the file."""
+    if synthesis["center"] != "nominal" or "transition" not in performance:
+        return ()
+    return (("T_s", at_least(1, performance["transition"], "performance.transition")),)
 
 
 def _plant_name(value: object) -> str:
@@ -1531,7 +1568,7 @@ def _synthesis(value: object) -> dict[str, Any]:
     allowed = {
         "method": ("unified", "theorem1", "theorem2", "theorem3"),
         "form": ("sound",),
-        "center": ("performance",),
+        "center": ("performance", "nominal"),
         "bounds": ("termwise",),
         "anchor": ("latched", "exact"),
         "handover": ("reanchor", "containment"),
@@ -1961,6 +1998,11 @@ def _waves(node: Node) -> list[Node]:
     return found
 
 
+def _divisor(rates: Sequence[Fraction]) -> Fraction:
+    bottom = math.lcm(*(q.denominator for q in rates))
+    return Fraction(math.gcd(*(int(q * bottom) for q in rates)), bottom)
+
+
 def phases(node: Node) -> tuple[Node, dict[str, Interval]]:
     """Replace a t + b inside sin and cos by phases, one for each class of frequencies.
 
@@ -1974,11 +2016,7 @@ def phases(node: Node) -> tuple[Node, dict[str, Interval]]:
         if found:
             classes.setdefault(found[0], []).append(found[1])
     kept = sorted(classes)[:3]
-    common = {}
-    for key in kept:
-        rates = classes[key]
-        bottom = math.lcm(*(q.denominator for q in rates))
-        common[key] = Fraction(math.gcd(*(int(q * bottom) for q in rates)), bottom)
+    common = {key: _divisor(classes[key]) for key in kept}
 
     def replace(part: Node) -> Node:
         if part.name in ("sin", "cos"):
@@ -2039,6 +2077,7 @@ class Center:
     offset: Interval
     moved: Interval = ZERO_I
     switches: int = 0
+    following: Following | None = None
 
     def size(self, i: int) -> Interval:
         """Return sup|r_i|."""
@@ -2047,21 +2086,11 @@ class Center:
 
 def performance_center(problem: Problem) -> Center:
     """Enclose r_1 = y_d + rho_1 a and r_i = rho_i x_i(0) (docs/theory.md sections 2 and 3)."""
-    latched = problem.anchor == "latched"
-    widening = problem.delta if latched else tuple(ZERO_I for _ in problem.delta)
-    starts = [
-        (start[0] - delta[1], start[1] + delta[1])
-        for start, delta in zip(problem.starts, widening, strict=True)
-    ]
-    bounds = problem.reference_bounds
+    starts, bounds = widened_starts(problem), problem.reference_bounds
     if problem.reference is not None:
-        y_0 = Tape(problem.reference, ("t",)).value((ZERO_I,))
-        offset = sub(starts[0], y_0)
-    elif problem.offset is not None:
-        reach = problem.offset[1] + widening[0][1]
-        offset = (-reach, reach)
+        offset = sub(starts[0], Tape(problem.reference, ("t",)).value((ZERO_I,)))
     else:
-        offset = sub(starts[0], (-bounds[0][1], bounds[0][1])) if bounds else starts[0]
+        offset = run_time_offset(problem, starts[0])
     rho = problem.rhos[0]
     reference = problem.reference if problem.reference is not None else NOTHING
     if bounds is not None:
@@ -2084,6 +2113,22 @@ def performance_center(problem: Problem) -> Center:
     return Center(tuple(lows), tuple(highs), tuple(rates), offset)
 
 
+def widened_starts(problem: Problem) -> list[Interval]:
+    """Every start that the center may have: with the latched anchor, that can be measured."""
+    if problem.anchor != "latched":
+        return list(problem.starts)
+    return [(a[0] - d[1], a[1] + d[1]) for a, d in zip(problem.starts, problem.delta, strict=True)]
+
+
+def run_time_offset(problem: Problem, start: Interval) -> Interval:
+    """Enclose r_1(0) - y_d(0) for a reference that is supplied at run time."""
+    if problem.offset is not None:
+        reach = problem.offset[1] + (problem.delta[0][1] if problem.anchor == "latched" else 0)
+        return -reach, reach
+    bound = problem.derivatives[0][1]
+    return sub(start, (-bound, bound))
+
+
 def _joint(base: Node, fade: Node, offset: Interval, end: Interval | None) -> Extremes:
     """Extremes of base + fade a over t >= 0 and a; from ``end`` on of base alone."""
     joint = combine([(1, base), (1, multiply([(fade, 1), (sym("a"), 1)]))])
@@ -2093,6 +2138,929 @@ def _joint(base: Node, fade: Node, offset: Interval, end: Interval | None) -> Ex
     # The two stretches overlap by the width of the enclosure of pi t_s.
     head = extremes(joint, {**ranges, "t": (0, end[1])})
     return merge(head, over_time(base, {}, end[0]))
+
+
+# ---------------------------------------------------------------------------------------------
+# 6b. Center nominal (docs/theory.md section 4): r_1 = y_d + b, r_{i+1} = (dr_i - f^_i) / g^_i,
+# v = r_{n+1}, by truncated Taylor series in t. A series is a list of coefficients x^(k) / k!; what
+# it does not list is 0. Coefficients are intervals, or intervals with the rounding error of
+# binary64: the recurrences are those of the generated code, sums and products in any order.
+
+Series = list[Any]
+
+
+class Exact:
+    """Numbers that are intervals."""
+
+    def input(self, value: Interval, error: int, size: int) -> Any:
+        """Take a number that is given."""
+        del error, size
+        return value
+
+    def settle(self, a: Any) -> Any:
+        """Take a number that the code stores: nothing is reordered across it."""
+        return a
+
+    def constant(self, value: Fraction) -> Any:
+        """Enclose a rational."""
+        return from_fraction(value)
+
+    def total(self, terms: Sequence[Any]) -> Any:
+        """Sum."""
+        return total(terms)
+
+    def mul(self, a: Any, b: Any) -> Any:
+        """Product."""
+        return mul(a, b)
+
+    def div(self, a: Any, b: Any) -> Any:
+        """Quotient."""
+        return div(a, b)
+
+    def power(self, a: Any, exponent: int) -> Any:
+        """Integer power, at least 1."""
+        return power(a, Fraction(exponent))
+
+    def call(self, name: str, a: Any) -> Any:
+        """Value of a function."""
+        return _call(name, (a,))
+
+
+class Rounded(Exact):
+    """Numbers (value, error, size): |computed - value| <= error, every partial sum <= size.
+
+    A sum of m terms in any order errs by m roundings of the sum of sizes, a product or quotient
+    by 1, a constant by 1, a function by 8 (a root as pow by 800); each count is doubled for what
+    is of second order.
+    """
+
+    def input(self, value: Interval, error: int, size: int) -> Any:
+        """Take a number that is given with an error."""
+        return value, error, size
+
+    def settle(self, a: Any) -> Any:
+        """Take a number that the code stores: its size is its own from here on."""
+        return a[0], a[1], absolute(a[0])[1] + a[1]
+
+    def constant(self, value: Fraction) -> Any:
+        """Enclose a rational and its conversion."""
+        found = from_fraction(value)
+        return self._made(found, 0, absolute(found)[1], 1)
+
+    @staticmethod
+    def _made(value: Interval, passed: int, size: int, count: int) -> Any:
+        if size > _BINARY64:
+            raise UndecidedError("a number beyond 2^1000: binary64 could overflow")
+        return value, passed + _ceil_shift(2 * count * size, 53) + 1, size
+
+    def total(self, terms: Sequence[Any]) -> Any:
+        """Sum."""
+        value = super().total([term[0] for term in terms])
+        passed, size = sum(term[1] for term in terms), sum(term[2] for term in terms)
+        return self._made(value, passed, size, len(terms))
+
+    def mul(self, a: Any, b: Any) -> Any:
+        """Product: |a b - a' b'| <= |a'| db + |b| da."""
+        passed = ((a[2] + a[1]) * b[1] + b[2] * a[1] >> P) + 1
+        size = ((a[2] + a[1]) * (b[2] + b[1]) >> P) + 1
+        return self._made(mul(a[0], b[0]), passed, size, 1)
+
+    def div(self, a: Any, b: Any) -> Any:
+        """Quotient: |a/b - a'/b'| <= (da + |a/b| db) / |b'|."""
+        value = div(a[0], b[0])
+        least = absolute((b[0][0] - b[1], b[0][1] + b[1]))[0]
+        if least <= 0 or b[0][0] < 0 < b[0][1]:
+            raise UndecidedError("division by an interval that contains 0")
+        passed = a[1] + (absolute(value)[1] * b[1] >> P) + 1
+        size = _ceil_div((a[2] + a[1]) << P, least)
+        return self._made(value, _ceil_div(passed << P, least), size, 1)
+
+    def power(self, a: Any, exponent: int) -> Any:
+        """Power as products: error and size of the product, value of the power."""
+        found = a
+        for _ in range(exponent - 1):
+            found = self.mul(found, a)
+        return power(a[0], Fraction(exponent)), found[1], found[2]
+
+    def call(self, name: str, a: Any) -> Any:
+        """Value of a function; its slope over the widened argument passes the error on."""
+        wide = (a[0][0] - a[1], a[0][1] + a[1])
+        value, far = _call(name, (a[0],)), _call(name, (wide,))
+        steep = absolute(_slope(name, wide, far))[1]
+        passed = (a[1] * steep >> P) + 1
+        size = absolute(far)[1]
+        return self._made(value, passed, size, 800 if name.startswith("root") else 8)
+
+
+class Sloped(Exact):
+    """Numbers (value, slopes): slopes over the whole box of starts; () means all are 0."""
+
+    def input(self, value: Interval, error: int, size: int) -> Any:
+        """Take a number that does not depend on the start."""
+        del error, size
+        return value, ()
+
+    def constant(self, value: Fraction) -> Any:
+        """Enclose a rational."""
+        return from_fraction(value), ()
+
+    @staticmethod
+    def _weighted(pairs: Sequence[tuple[Interval, tuple[Interval, ...]]]) -> Any:
+        """Sum of factor times slopes."""
+        found = [[mul(factor, slope) for slope in slopes] for factor, slopes in pairs if slopes]
+        return tuple(total(column) for column in zip(*found, strict=True))
+
+    def total(self, terms: Sequence[Any]) -> Any:
+        """Sum."""
+        value = super().total([term[0] for term in terms])
+        return value, self._weighted([(ONE_I, term[1]) for term in terms])
+
+    def mul(self, a: Any, b: Any) -> Any:
+        """Product."""
+        return mul(a[0], b[0]), self._weighted([(a[0], b[1]), (b[0], a[1])])
+
+    def div(self, a: Any, b: Any) -> Any:
+        """Quotient: (da - q db) / b."""
+        value, below = div(a[0], b[0]), div(ONE_I, b[0])
+        return value, self._weighted([(below, a[1]), (neg(mul(value, below)), b[1])])
+
+    def power(self, a: Any, exponent: int) -> Any:
+        """Integer power."""
+        steep = scale(Fraction(exponent), power(a[0], Fraction(exponent - 1)))
+        return power(a[0], Fraction(exponent)), self._weighted([(steep, a[1])])
+
+    def call(self, name: str, a: Any) -> Any:
+        """Value of a function."""
+        value = _call(name, (a[0],))
+        steep = _slope(name, a[0], value) if a[1] else ZERO_I
+        return value, self._weighted([(steep, a[1])])
+
+
+class Taylor:
+    """Series arithmetic over one kind of number, cut off after ``length`` coefficients."""
+
+    def __init__(self, numbers: Exact, length: int) -> None:
+        self.numbers, self.length = numbers, length
+        self.zero = numbers.constant(Fraction(0))
+        self.one = numbers.constant(Fraction(1))
+
+    def _scaled(self, weight: Fraction | int, a: Any) -> Any:
+        return a if weight == 1 else self.numbers.mul(self.numbers.constant(Fraction(weight)), a)
+
+    def _sum(self, terms: Sequence[Any]) -> Any:
+        if len(terms) < 2:
+            return terms[0] if terms else self.zero
+        return self.numbers.total(terms)
+
+    def combine(self, parts: Sequence[tuple[Fraction | int, Series]]) -> Series:
+        """Linear combination."""
+        count = min(self.length, max(len(a) for _, a in parts))
+        return [
+            self._sum([self._scaled(w, a[k]) for w, a in parts if k < len(a)]) for k in range(count)
+        ]
+
+    def mul(self, a: Series, b: Series) -> Series:
+        """Product."""
+        product = self.numbers.mul
+        return [
+            self._sum(
+                [product(a[j], b[k - j]) for j in range(max(0, k - len(b) + 1), min(k + 1, len(a)))]
+            )
+            for k in range(min(self.length, len(a) + len(b) - 1))
+        ]
+
+    def div(self, a: Series, b: Series) -> Series:
+        """Quotient q: a = q b, solved for one coefficient after the other."""
+        found: Series = []
+        for k in range(self.length if len(b) > 1 else min(len(a), self.length)):
+            carried = [
+                self._scaled(-1, self.numbers.mul(b[j], found[k - j]))
+                for j in range(1, min(k, len(b) - 1) + 1)
+            ]
+            top = self._sum([*carried, *a[k : k + 1]])
+            found.append(self.numbers.div(top, b[0]))
+        return found
+
+    def power(self, a: Series, exponent: int) -> Series:
+        """Integer power, at least 1; its value is the exact range of the power."""
+        found, square, left = [self.one], a[: self.length], exponent
+        while left:
+            found = self.mul(found, square) if left % 2 else found
+            left //= 2
+            square = self.mul(square, square) if left else square
+        return [self.numbers.power(a[0], exponent), *found[1:]]
+
+    def _integral(self, a: Series, factor: Series, k: int) -> Any:
+        """Coefficient k of the integral of factor a'."""
+        terms = [
+            self.numbers.mul(self._scaled(j, a[j]), factor[k - j])
+            for j in range(1, min(k, len(a) - 1) + 1)
+            if k - j < len(factor)
+        ]
+        return self.over(self._sum(terms), k)
+
+    def over(self, a: Any, k: int) -> Any:
+        """Return a / k."""
+        return a if k == 1 else self.numbers.div(a, self.numbers.constant(Fraction(k)))
+
+    def call(self, name: str, a: Series) -> Series:
+        """Series of a function from y' = F'(a) a'."""
+        a = a[: self.length]
+        found: Series = [self.numbers.call(name, a[0])]
+        orders = range(1, self.length if len(a) > 1 else 1)
+        if name in ("sin", "cos", "sinh", "cosh"):
+            partner = {"sin": "cos", "cos": "sin", "sinh": "cosh", "cosh": "sinh"}[name]
+            signs = {"sin": (1, -1), "cos": (-1, 1)}.get(name, (1, 1))
+            other = [self.numbers.call(partner, a[0])]
+            for k in orders:
+                up, down = self._integral(a, other, k), self._integral(a, found, k)
+                found.append(self._scaled(signs[0], up))
+                other.append(self._scaled(signs[1], down))
+        elif name == "exp":
+            for k in orders:
+                found.append(self._integral(a, found, k))
+        elif name in ("tan", "tanh"):
+            bend = 1 if name == "tan" else -1
+            for k in orders:
+                square = self.mul(found, found)
+                slope = self.combine([(1, [self.one]), (bend, square)])
+                found.append(self._integral(a, slope, k))
+        elif name in ("log", "atan", "asinh"):
+            below = a
+            if name != "log":
+                below = self.combine([(1, [self.one]), (1, self.power(a, 2))])
+            if name == "asinh":
+                below = self.root(below, 1, 2)
+            for k in orders:
+                found.append(self._quotient(a, below, found, k))
+        else:
+            raise UndecidedError(f"{name} has no series")
+        return found
+
+    def _quotient(self, a: Series, below: Series, found: Series, k: int) -> Any:
+        """Coefficient k of the y with below y' = a'."""
+        terms = [
+            self.numbers.mul(self._scaled(j, found[j]), below[k - j])
+            for j in range(max(1, k - len(below) + 1), k)
+        ]
+        carried = [self._scaled(-1, self.over(self._sum(terms), k))] if terms else []
+        return self.numbers.div(self._sum([*carried, *a[k : k + 1]]), below[0])
+
+    def root(self, a: Series, p: int, q: int) -> Series:
+        """a^(p/q) for a > 0: a w' = (p/q) a' w; a square root from a = w w."""
+        a = a[: self.length]
+        first = self.numbers.call(f"root{q}", a[0])
+        found: Series = [first if p == 1 else self.numbers.power(first, p)]
+        for k in range(1, self.length if len(a) > 1 else 1):
+            if q == 2:
+                terms = [self.numbers.mul(found[j], found[k - j]) for j in range(1, k)]
+                rest = self._sum([*(self._scaled(-1, term) for term in terms), *a[k : k + 1]])
+                found.append(self.numbers.div(rest, self._scaled(2, first)))
+                continue
+            terms = [
+                self.numbers.mul(self._scaled(Fraction(p * j, q) - (k - j), a[j]), found[k - j])
+                for j in range(1, min(k, len(a) - 1) + 1)
+            ]
+            bottom = self._scaled(k, a[0])
+            found.append(self.numbers.div(self._sum(terms), bottom))
+        return found
+
+    def slope(self, a: Series) -> Series:
+        """Return the derivative."""
+        return [self._scaled(k, a[k]) for k in range(1, min(len(a), self.length + 1))] or [
+            self.zero
+        ]
+
+    def evaluate(self, node: Node, values: Mapping[str, Series]) -> Series:
+        """Series of an expression; ``values`` also keeps what was evaluated before."""
+        known = dict(values)
+
+        def visit(part: Node) -> Series:
+            if part.text not in known:
+                args = [visit(arg) for arg in part.args]
+                if part.kind == "num":
+                    found = [self.numbers.constant(part.number)]
+                elif part.kind == "pi":
+                    found = [self._pi()]
+                elif part.kind == "sum":
+                    found = self.combine(list(zip(part.weights, args, strict=True)))
+                elif part.kind == "prod":
+                    pairs = zip(part.args, args, part.weights, strict=True)
+                    found = self._product([(self._factor(*pair, visit), pair[2]) for pair in pairs])
+                elif part.kind == "fun" and part.name.startswith("root"):
+                    found = self.root(args[0], 1, int(part.name[4:]))
+                elif part.kind == "fun":
+                    found = self.call(part.name, args[0])
+                else:
+                    raise UndecidedError(f"{part.text} has no series")
+                known[part.text] = found
+            return known[part.text]
+
+        return visit(node)
+
+    def _pi(self) -> Any:
+        return self.numbers.input(PI_I, _ceil_shift(PI_I[1], 52), PI_I[1])
+
+    def _factor(
+        self, node: Node, a: Series, e: Fraction, visit: Callable[[Node], Series]
+    ) -> Series:
+        """a^|e|; the code takes any power of a root but the square root in one step."""
+        if e.denominator > 1:
+            raise UndecidedError("an odd root has no series")
+        p = abs(e.numerator)
+        if p > 1 and _is_root(node) and node.name != "root2":
+            return self.root(visit(node.args[0]), p, int(node.name[4:]))
+        return a if p == 1 else self.power(a, p)
+
+    def _product(self, factors: Sequence[tuple[Series, Fraction]]) -> Series:
+        found, below = (
+            reduce(self.mul, [a for a, e in factors if (e > 0) == over] or [[self.one]])
+            for over in (True, False)
+        )
+        return found if all(e > 0 for _, e in factors) else self.div(found, below)
+
+
+IRREGULAR = ("abs", "sign", "min", "max", "signed")
+
+
+def is_regular(node: Node) -> bool:
+    """Whether a term may stand in f^ or g^: no kink, no jump, no odd root."""
+    if node.kind == "piece" or (node.kind == "fun" and node.name.startswith(IRREGULAR)):
+        return False
+    odd = node.kind == "prod" and any(e.denominator > 1 for e in node.weights)
+    return not odd and all(map(is_regular, node.args))
+
+
+@dataclass(frozen=True, slots=True)
+class Follower:
+    """The nominal plant: f^, g^; ``smooth`` is f with parameters, without ``left``.
+
+    ``guards`` must be positive all along the center.
+    """
+
+    states: tuple[str, ...]
+    f: tuple[Node, ...]
+    g: tuple[Node, ...]
+    smooth: tuple[Node, ...]
+    left: tuple[Node, ...]
+    duration: Fraction
+    guards: tuple[Node, ...]
+
+
+def follower(problem: Problem, duration: Fraction) -> Follower:
+    """Leave out of f what lacks the regularity, and take every parameter in its middle.
+
+    abs in a g is followed by the branch that it starts in; the guards say where that is right.
+    A g that is known by its bounds only is followed in their middle.
+    """
+    middle = {name: num(Fraction(lo + hi, 2 * ONE)) for name, (lo, hi) in problem.ranges.items()}
+    begin = {
+        state: num(Fraction(lo + hi, 2 * ONE))
+        for state, (lo, hi) in zip(problem.states, problem.starts, strict=True)
+    }
+    rows: list[tuple[Node, Node, Node, Node]] = []
+    guards: list[Node] = []
+    for channel, state in zip(problem.channels, problem.states, strict=True):
+        terms = [(Fraction(1), channel.f or NOTHING)]
+        if not is_regular(terms[0][1]):
+            terms = _expanded(terms[0][1])
+        kept = combine((w, a) for w, a in terms if is_regular(a))
+        rest = combine((w, a) for w, a in terms if not is_regular(a))
+        if channel.f is None:
+            rest = channel.f_bound or NOTHING
+        g = channel.g
+        if g is None:
+            ends = (channel.g_min or UNIT, channel.g_bound or UNIT)
+            g = combine((Fraction(1, 2), end) for end in ends)
+        g = _one_branch(substitute(g, middle), begin, guards)
+        if not is_regular(g):
+            raise UndecidedError(f"center nominal needs a g of {state} without kinks and jumps")
+        rows.append((substitute(kept, middle), g, kept, rest))
+    f, g_all, smooth, left = zip(*rows, strict=True)
+    return Follower(problem.states, f, g_all, smooth, left, duration, tuple(guards))
+
+
+def _one_branch(node: Node, begin: Mapping[str, Node], guards: list[Node]) -> Node:
+    """Replace abs(y) by y or -y, as y is at the middle start."""
+    args = [_one_branch(arg, begin, guards) for arg in node.args]
+    if node.name != "abs":
+        return rebuild(node, args)
+    side = 1 if Tape(substitute(args[0], begin), ()).value(())[0] > 0 else -1
+    guards.append(combine([(side, args[0])]))
+    return guards[-1]
+
+
+def _expanded(node: Node) -> list[tuple[Fraction, Node]]:
+    """List the terms of a sum; a product with sums in it is multiplied out."""
+    if node.kind == "sum":
+        return [
+            (weight * inner, part)
+            for weight, arg in zip(node.weights, node.args, strict=True)
+            for inner, part in _expanded(arg)
+        ]
+    if node.kind == "prod":
+        factors = list(zip(node.args, node.weights, strict=True))
+        sums = [a for a, e in factors if e == 1 and a.kind == "sum"]
+        if sums:
+            rest = [(a, e) for a, e in factors if a is not sums[0]]
+            parts = [
+                (weight, multiply([*rest, (a, 1)]))
+                for weight, a in zip(sums[0].weights, sums[0].args, strict=True)
+            ]
+            return [(weight * w, a) for weight, part in parts for w, a in _expanded(part)]
+    return [(Fraction(1), node)]
+
+
+def follow_nominal(model: Follower, taylor: Taylor, first: Series) -> list[Series]:
+    """r_1..r_n and v from the series of r_1."""
+    found, values = [first], {}
+    for i, (f, g) in enumerate(zip(model.f, model.g, strict=True)):
+        inner = Taylor(taylor.numbers, taylor.length - 1 - i)
+        values[model.states[i]] = found[i]
+        ahead = inner.slope(found[i])
+        if f.text != "0":
+            ahead = inner.combine([(1, ahead), (-1, inner.evaluate(f, values))])
+        if g.text != "1":
+            ahead = inner.div(ahead, inner.evaluate(g, values))
+        found.append([taylor.numbers.settle(a) for a in ahead])
+    return found
+
+
+def lead_in(
+    model: Follower, numbers: Exact, start: Sequence[Any], y: Series, offset: Any = None
+) -> Series:
+    """Q_0..Q_{n-1} of b = (1 - s)^(n+2) Q(s), s = t / T_s, from the latched start.
+
+    x_1^(j)(0) follow from x_i' = f^_i + g^_i x_{i+1}; minus those of y_d they are b^(j)(0). Q is
+    the part below s^n of (1 - s)^-(n+2) sum b^(j)(0) / j! (T_s s)^j: n conditions at 0 and n+2
+    at 1 determine the polynomial of degree 2n+1, and this one fulfils them.
+    """
+    n = len(start)
+    x: list[Series] = [[value] for value in start]
+    for k in range(n - 1):
+        taylor = Taylor(numbers, k + 1)
+        values = dict(zip(model.states, x, strict=True))
+        rates = []
+        for i in range(n - 1 - k):
+            rate = taylor.mul(taylor.evaluate(model.g[i], values), x[i + 1])
+            rates.append(taylor.combine([(1, taylor.evaluate(model.f[i], values)), (1, rate)]))
+        for i, rate in enumerate(rates):
+            value = rate[k] if k < len(rate) else taylor.zero
+            x[i] = [*x[i], taylor.over(value, k + 1)]
+    taylor, t_s = Taylor(numbers, n), numbers.constant(model.duration)
+    scaled = taylor.combine([(1, x[0]), (-1, y)])
+    scaled += [taylor.zero] * (n - len(scaled))
+    if offset is not None:
+        scaled[0] = offset
+    for j in range(1, n):
+        for _ in range(j):
+            scaled[j] = numbers.mul(scaled[j], t_s)
+    weights = [[math.comb(n + 1 + m - j, m - j) for j in range(m + 1)] for m in range(n)]
+    return [
+        numbers.settle(
+            numbers.total(
+                [numbers.mul(numbers.constant(Fraction(w)), scaled[j]) for j, w in enumerate(row)]
+            )
+        )
+        for row in weights
+    ]
+
+
+def fade(model: Follower, taylor: Taylor, weights: Series, t: Any) -> Series:
+    """Series of b in t, for t in [0, T_s]."""
+    numbers, n = taylor.numbers, len(weights)
+    t_s = numbers.constant(model.duration)
+    s = numbers.div(t, t_s)
+    step = numbers.div(taylor.one, t_s)
+    rest = numbers.settle(
+        numbers.total([taylor.one, numbers.mul(numbers.constant(Fraction(-1)), s)])
+    )
+    fall = taylor.power([rest, numbers.mul(numbers.constant(Fraction(-1)), step)], n + 2)
+    total: Series = [weights[-1]]
+    for weight in reversed(weights[:-1]):
+        total = taylor.combine([(1, taylor.mul(total, [s, step])), (1, [weight])])
+    return [numbers.settle(a) for a in taylor.mul(fall, total)]
+
+
+_SLICES = 256  # of [0, T_s], and of one period of the reference
+
+
+class Trajectory:
+    """The center over stretches of time, for every declared start."""
+
+    def __init__(self, problem: Problem, duration: Fraction) -> None:
+        self.problem, self.n = problem, len(problem.states)
+        self.model = follower(problem, duration)
+        if problem.reference is not None and not is_regular(problem.reference):
+            raise UndecidedError("center nominal needs a reference without kinks and jumps")
+        # One coefficient beyond dv centers it, where the reference has that derivative.
+        self.length = self.n + (2 if problem.reference is None else 3)
+
+    def latched(self, numbers: Exact, start: Sequence[Any], offset: Any = None) -> Series:
+        """Q_0..Q_{n-1} from q(x(0)); ``offset`` is q(x_1(0)) - y_d(0) where y_d is unknown."""
+        y = self.reference(numbers, numbers.constant(Fraction(0)), self.n)
+        return lead_in(self.model, numbers, start, y, offset)
+
+    def reference(self, numbers: Exact, t: Any, length: int) -> Series:
+        """Series of y_d; one that is supplied at run time is anything within its bounds."""
+        if self.problem.reference is not None:
+            taylor = Taylor(numbers, length)
+            return taylor.evaluate(self.problem.reference, {"t": [t, taylor.one]})
+        sizes = [
+            scale(Fraction(1, math.factorial(k)), bound)[1]
+            for k, bound in enumerate(self.problem.derivatives[:length])
+        ]
+        return [numbers.input((-size, size), 0, size) for size in sizes]
+
+    def series(
+        self, numbers: Exact, t: Any, weights: Series | None, y: Series | None = None
+    ) -> list[Series]:
+        """Series of r_1..r_n and v; without weights b is over."""
+        length = self.length if y is None else max(len(y), self.n + 1)
+        taylor = Taylor(numbers, length)
+        first = self.reference(numbers, t, length) if y is None else y
+        if weights is not None:
+            first = taylor.combine([(1, first), (1, fade(self.model, taylor, weights, t))])
+        first = [numbers.settle(a) for a in first]
+        return follow_nominal(self.model, taylor, first)
+
+    def at(
+        self,
+        time: Fraction,
+        start: Sequence[float],
+        references: tuple[Sequence[float], Sequence[float]] | None,
+    ) -> tuple[list[Interval], Interval]:
+        """Enclose r_1..r_n and v at one time after one latched start.
+
+        references are y_d, dy_d, .. at this time and at the latch, where they are passed in.
+        """
+        x = [from_fraction(Fraction(value)) for value in start]
+        now, first = None, self.reference(Exact(), ZERO_I, self.n)
+        if references is not None:
+            now, first = (
+                [
+                    scale(Fraction(1, math.factorial(k)), from_fraction(Fraction(value)))
+                    for k, value in enumerate(given)
+                ]
+                for given in references
+            )
+        else:
+            now = self.reference(Exact(), from_fraction(time), self.n + 1)
+        weights = None
+        if time < self.model.duration:
+            weights = lead_in(self.model, Exact(), x, first[: self.n])
+        found = self.series(Exact(), from_fraction(time), weights, now)
+        return [a[0] for a in found[:-1]], found[-1][0]
+
+    def stretches(self, cells: int) -> list[Stretch]:
+        """Cut all t >= 0: [0, T_s] where b acts, then what the reference does for ever."""
+        start, end = from_fraction(self.model.duration)
+        node = self.problem.reference
+        found = [Stretch(cell, fading=True) for cell in _cut(0, end, cells)]
+        if node is None or "t" not in symbols(node):
+            return [*found, Stretch((start, end), fading=False, latest=end)]
+        phased, turns = phases(node)
+        if "t" not in symbols(phased) and len(turns) == 1:
+            length = div((2 * PI_I[0], 2 * PI_I[1]), _turning(node))[1]
+            cut = _cut(start, end + length, cells)
+            return [*found, *(Stretch(cell, fading=False, latest=_LATEST) for cell in cut)]
+        settled = _settled(node, self.length, max(end, self.problem.delay[1]))
+        width = settled.start - start
+        if settled.speed[1]:
+            turn = div((2 * PI_I[0], 2 * PI_I[1]), settled.speed)[1]
+            cut = _cut(start, settled.start, min(8 * cells, cells * (1 + width // turn)))
+        else:
+            cut = _cut(start, settled.start, cells)
+        rest = _cut(0, 2 * PI_I[1], cells) if settled.speed[1] else [ZERO_I]
+        return [
+            *found,
+            *(Stretch(cell, fading=False, latest=cell[1]) for cell in cut),
+            *(Stretch(cell, fading=False, latest=_LATEST, settled=settled) for cell in rest),
+        ]
+
+
+_LATEST = 10**6 * ONE  # what the controller accepts: 1e6 s after its first sample
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """Times t, at most ``latest`` where they stand for later periods too.
+
+    If ``settled``, t is the phase of all times from settled.start on.
+    """
+
+    t: Interval
+    fading: bool
+    latest: int = 0
+    settled: _Settled | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Settled:
+    """A reference for t >= start as y_k(phase, rest): series coefficients, the rest in intervals.
+
+    The phase turns with ``speed``. ``turned`` are the derivatives by the phase. ``errors`` and
+    ``sizes`` bound rounding and partial sums of every coefficient in binary64.
+    """
+
+    start: int
+    speed: Interval
+    values: tuple[Tape, ...]
+    turned: tuple[Tape, ...]
+    boxes: tuple[Box, ...]
+    errors: tuple[int, ...]
+    sizes: tuple[int, ...]
+
+    def series(self, numbers: Exact, phase: Interval) -> Series:
+        """Coefficients k over a phase interval, hulled with the slope of k - 1 by the phase.
+
+        With these any later coefficient contains what the phase alone changes in time, the
+        rest being held: the mean value theorem may be used in the phase.
+        """
+        found: Series = []
+        for k, (tape, box) in enumerate(zip(self.values, self.boxes, strict=True)):
+            value = tape.value((phase, *box))
+            if k:
+                slope = self.turned[k - 1].value((phase, *self.boxes[k - 1]))
+                value = hull(value, scale(Fraction(1, k), mul(self.speed, slope)))
+            size = max(self.sizes[k], absolute(value)[1])
+            found.append(numbers.input(value, self.errors[k], size))
+        return found
+
+
+def _settled(node: Node, length: int, least: int) -> _Settled:
+    """Find a time from which on what has no phase of its own hardly moves any more."""
+    nodes = [node]
+    while len(nodes) < length:
+        nodes.append(combine([(Fraction(1, len(nodes)), derivative(nodes[-1], "t"))]))
+    parts = [phases(part) for part in nodes]
+    arguments = [sorted({wave.text for wave in _waves(part)}) for part in nodes]
+    inner = [{text[4:-1] for text in found} for found in arguments]
+    if any(len(turns) > 1 for _, turns in parts) or any(a not in (inner[0], set()) for a in inner):
+        raise UndecidedError("center nominal needs a reference with one period in the end")
+    reason = ""
+    start = max(least, ONE)
+    for _ in range(12):
+        try:
+            tails = [Tail(start, turns) for _, turns in parts]
+            rest = [tail.abstract(part) for tail, (part, _) in zip(tails, parts, strict=True)]
+        except UndecidedError as error:
+            reason = str(error)
+        else:
+            boxes = [
+                {name: value for name, value in tail.ranges.items() if name != "#p0"}
+                for tail in tails
+            ]
+            moves = max((b[1] - b[0] for box in boxes for b in box.values()), default=0)
+            if moves < ONE >> 20:
+                break
+        start *= 2
+    else:
+        raise UndecidedError(f"center nominal needs a reference that settles: {reason}")
+    speed = _turning(node) if parts[0][1] else ZERO_I
+    turned = [derivative(part, "#p0") for part in rest]
+    names = [["#p0", *box] for box in boxes]
+    errors, sizes = [0] * length, [0] * length
+    numbers = Rounded()
+    while start < _LATEST:
+        later = min(2 * start, _LATEST)
+        taylor = Taylor(numbers, length)
+        t = numbers.input((start, later), _ceil_shift(later, 53), later)
+        for k, a in enumerate(taylor.evaluate(node, {"t": [t, taylor.one]})):
+            errors[k], sizes[k] = max(errors[k], a[1]), max(sizes[k], a[2])
+        start = later
+    begin = tails[0].start[0]
+    return _Settled(
+        begin,
+        speed,
+        tuple(Tape(part, own) for part, own in zip(rest, names, strict=True)),
+        tuple(Tape(part, own) for part, own in zip(turned, names, strict=True)),
+        tuple(tuple(box.values()) for box in boxes),
+        tuple(errors),
+        tuple(sizes),
+    )
+
+
+def _rate(a: Series) -> Interval:
+    return a[1] if len(a) > 1 else ZERO_I
+
+
+def _meet(a: Interval, b: Interval) -> Interval:
+    return max(a[0], b[0]), min(a[1], b[1])
+
+
+def _cut(start: int, end: int, count: int) -> list[Interval]:
+    ends = [start + (end - start) * j // count for j in range(count + 1)]
+    return list(itertools.pairwise(ends))
+
+
+def _turning(node: Node) -> Interval:
+    """Enclose K g: the phase of ``phases`` is K g t, for waves of one class."""
+    found = filter(None, (_frequency(wave.args[0]) for wave in _waves(node)))
+    rates = [(weight, rest) for _, weight, rest, _ in found]
+    common = _divisor([weight for weight, _ in rates])
+    speed = absolute(scale(common, Tape(rates[0][1], ()).value(())))
+    if speed[0] <= 0:
+        raise UndecidedError("a wave that hardly turns")
+    return speed
+
+
+class _Starts:
+    """All latched starts: as a box with slopes, and its middle."""
+
+    def __init__(self, path: Trajectory) -> None:
+        problem = path.problem
+        box = widened_starts(problem)
+        if problem.reference is None:
+            box.append(run_time_offset(problem, box[0]))
+        middle = [((lo + hi) >> 1,) * 2 for lo, hi in box]
+        self.reach = [sub(a, b) for a, b in zip(box, middle, strict=True) if a[0] < a[1]]
+        wide = [k for k, a in enumerate(box) if a[0] < a[1]]
+        self.numbers = Sloped()
+        seeds = [
+            (a, tuple(ONE_I if k == j else ZERO_I for j in wide) if k in wide else ())
+            for k, a in enumerate(box)
+        ]
+        self.weights = path.latched(self.numbers, seeds[: path.n], *seeds[path.n :])
+        self.middle = path.latched(Exact(), middle[: path.n], *middle[path.n :])
+
+    def moved(self, a: Any) -> Interval:
+        """Return what a number can differ from its value at the middle start."""
+        return total(map(mul, a[1], self.reach))
+
+
+def _centered(path: Trajectory, starts: _Starts, stretch: Stretch) -> tuple[list[Interval], ...]:
+    """Enclose r_1..r_n, v over a stretch of time, their rates, and both at one point of it.
+
+    Values are met with the mean value form around middle time and start, rates too where the
+    series has the second derivative.
+    """
+    t, settled, numbers = stretch.t, stretch.settled, starts.numbers
+    middle = ((t[0] + t[1]) >> 1,) * 2
+    moved = sub(t, middle)
+    if settled is None:
+        weights = (starts.weights, starts.middle) if stretch.fading else (None, None)
+        whole = path.series(numbers, numbers.input(t, 0, 0), weights[0])
+        point = path.series(Exact(), middle, weights[1])
+    else:
+        moved = div(moved, settled.speed) if settled.speed[1] else ZERO_I
+        whole = path.series(numbers, None, None, settled.series(numbers, t))
+        point = path.series(Exact(), None, None, settled.series(Exact(), middle))
+    values, rates = [], []
+    for a, b in zip(whole, point, strict=True):
+        slope = a[1] if len(a) > 1 else (ZERO_I, ())
+        rate = slope[0]
+        if path.problem.reference is not None:
+            bent = scale(Fraction(2), a[2][0]) if len(a) > 2 else ZERO_I
+            near = add(add(_rate(b), mul(bent, moved)), starts.moved(slope))
+            rate = _meet(rate, near)
+        rates.append(rate)
+        # By the phase alone only what the series itself gives is known to be the slope.
+        steep = rate if settled is None else slope[0]
+        near = add(add(b[0], mul(steep, moved)), starts.moved(a[0]))
+        values.append(_meet(a[0][0], near))
+    return values, rates, [b[0] for b in point], [_rate(b) for b in point]
+
+
+class _ModelError:
+    """Bounds on d_i = f + g r_next - dr_i: along the center, and away from it.
+
+    Along the center it is F(r; th) - F(r; nominal) with F = f + g r_next, at most the sum over
+    the parameters of sup|dF/dth| times half the range; away from it F(x; th) - F(r; th) is at
+    most the sum over the states of sup|dF/dx_j| xi_j (mean value theorem, th fixed).
+    """
+
+    def __init__(self, problem: Problem, model: Follower, i: int) -> None:
+        self.i, self.ranges, states = i, problem.ranges, problem.states[: i + 1]
+        names = [*states, "#next", *problem.ranges]
+        ahead = multiply([(problem.channels[i].g or NOTHING, 1), (sym("#next"), 1)])
+        whole = combine([(1, model.smooth[i]), (1, ahead)])
+        self.unknown = [
+            (Tape(derivative(whole, name), names), ((hi - lo) >> 1) + 1)
+            for name, (lo, hi) in problem.ranges.items()
+            if name in symbols(whole)
+        ]
+        self.slopes = [Tape(derivative(whole, state), names) for state in states]
+
+    def along(self, r: Sequence[Interval]) -> Interval:
+        """Bound the effect of the parameters for r_1..r_n, v in these intervals."""
+        box = (*r[: self.i + 2], *self.ranges.values())
+        return total(mul(absolute(tape.value(box)), (d, d)) for tape, d in self.unknown)
+
+    def away(self, x: Sequence[Interval], ahead: Interval, xi: Sequence[Interval]) -> Interval:
+        """Bound the effect of the deviation from the center, x_1..x_i in these intervals."""
+        box = (*x, ahead, *self.ranges.values())
+        pairs = zip(self.slopes, xi, strict=True)
+        return total(mul(absolute(tape.value(box)), reach) for tape, reach in pairs)
+
+
+class _Survey:
+    """Suprema along the center: of -r_i, -v, r_i, v, of the rates, and of the model errors.
+
+    Stretches that may hold one of them are cut in two as long as that lowers the bounds.
+    """
+
+    def __init__(self, path: Trajectory) -> None:
+        self.path, self.starts = path, _Starts(path)
+        problem = path.problem
+        self.errors = tuple(_ModelError(problem, path.model, i) for i in range(path.n))
+        self.guards = [Tape(guard, problem.states) for guard in path.model.guards]
+        self.early = ZERO_I
+        judged = [(stretch, self._judge(stretch)) for stretch in path.stretches(_SLICES)]
+        self.found = _largest([bounds for _, bounds in judged])
+        for _ in range(3):
+            judged, last = self._cut(judged), self.found
+            self.found = _largest([bounds for _, bounds in judged])
+            pairs = zip(last, self.found, strict=True)
+            if all(a[1] - b[1] <= abs(b[1]) >> 13 for a, b in pairs):
+                break
+
+    def _judge(self, stretch: Stretch) -> list[Interval]:
+        """Enclose each supremum over a stretch: from below at a point, from above."""
+        values, rates, points, slopes = _centered(self.path, self.starts, stretch)
+        if any(guard.value(tuple(values[:-1]))[0] <= 0 for guard in self.guards):
+            raise UndecidedError("an abs in some g may change its branch along the center")
+        pairs = list(zip(points, values, strict=True))
+        found = [(-b[1], -a[0]) for b, a in pairs] + [(b[0], a[1]) for b, a in pairs]
+        pairs = list(zip(slopes, rates, strict=True))
+        found += [(absolute(b)[0], absolute(a)[1]) for b, a in pairs]
+        found += [(e.along(points)[0], e.along(values)[1]) for e in self.errors]
+        late = self.path.problem.delay[1]
+        if late and stretch.settled is None and stretch.t[0] <= late:
+            # The middle of the stretch may be later than the delay.
+            self.early = 0, max(self.early[1], absolute(values[-1])[1])
+        return found
+
+    def _cut(self, judged: list[tuple[Stretch, list[Interval]]]) -> list[Any]:
+        kept: list[Any] = []
+        for stretch, bounds in judged:
+            pairs = zip(bounds, self.found, strict=True)
+            if all(
+                a[1] < b[1] - (abs(b[1]) >> 10) or b[1] - b[0] <= abs(b[1]) >> 13 for a, b in pairs
+            ):
+                kept.append((stretch, bounds))
+                continue
+            for part in _halved(stretch):
+                inner = self._judge(part)
+                pairs = zip(inner, bounds, strict=True)
+                kept.append((part, [(a[0], min(a[1], b[1])) for a, b in pairs]))
+        return kept
+
+
+def _halved(stretch: Stretch) -> list[Stretch]:
+    cut = (stretch.t[0] + stretch.t[1]) >> 1
+    ends = ((stretch.t[0], cut), (cut, stretch.t[1]))
+    return [Stretch(t, stretch.fading, stretch.latest, stretch.settled) for t in ends]
+
+
+def _largest(bounds: Sequence[Sequence[Interval]]) -> list[Interval]:
+    return [_call("max", column) for column in zip(*bounds, strict=True)]
+
+
+def nominal_center(problem: Problem, duration: Fraction) -> Center:
+    """Enclose the center, v and the model error along them over all t and starts."""
+    path = Trajectory(problem, duration)
+    survey, n = _Survey(path), path.n
+    least, most = survey.found[: n + 1], survey.found[n + 1 : 2 * n + 2]
+    rates, unknown = survey.found[2 * n + 2 : 3 * n + 3], survey.found[3 * n + 3 :]
+    following = Following(path, survey.errors, tuple(unknown), rates[n], survey.early)
+    return Center(
+        tuple(neg(a) for a in least), tuple(most), tuple(rates[:n]), ZERO_I, following=following
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Following:
+    """What a center has that the nominal plant can follow; low and high end with those of v."""
+
+    path: Trajectory
+    errors: tuple[_ModelError, ...]
+    unknown: tuple[Interval, ...]
+    v_rate: Interval
+    v_start: Interval
+
+    def rounding(self, cells: int = 64) -> list[int]:
+        """Bound the rounding of r_1..r_n and v in binary64, up to 1e6 s after the start."""
+        problem, numbers = self.path.problem, Rounded()
+        starts = [numbers.input(a, 0, absolute(a)[1]) for a in widened_starts(problem)]
+        offset = None
+        if problem.reference is None:
+            reach = run_time_offset(problem, starts[0][0])
+            # The code subtracts y_d(0): one rounding, which a sum counts.
+            offset = numbers.total([numbers.input(reach, 0, absolute(reach)[1])])
+        weights = self.path.latched(numbers, starts, offset)
+        worst = [0] * (self.path.n + 1)
+        for stretch in self.path.stretches(cells):
+            # t - t_0 is rounded once; a period later the same point has a larger t.
+            t, latest = stretch.t, max(stretch.latest, stretch.t[1])
+            if stretch.settled is not None:
+                y = stretch.settled.series(numbers, t)
+                found = self.path.series(numbers, None, None, y)
+            else:
+                time = numbers.input(t, _ceil_shift(latest, 53), latest)
+                found = self.path.series(numbers, time, weights if stretch.fading else None)
+            worst = [max(error, a[0][1]) for error, a in zip(worst, found, strict=True)]
+        return worst
 
 
 # ---------------------------------------------------------------------------------------------
@@ -2406,11 +3374,13 @@ def rounding_errors(
     roundings a power, and those of rho times H' <= (number of powers) H(1).
 
     A handover adds rho times what was measured, and one addition; t - t_l has three roundings
-    of times up to 1e6 s, which rho passes on times its rate.
+    of times up to 1e6 s, which rho passes on times its rate. Center nominal has its
+    own bounds, for r and v.
     """
     unit = _ROUNDING
     reference = at_zero = 0
-    if problem.reference is not None:
+    following = center.following.rounding() if center.following is not None else None
+    if problem.reference is not None and following is None:
         tape = Tape(problem.reference, ("t",))
         at_zero = tape.rounding((ZERO_I,), (0,))
         ends = [0, *(ONE << j for j in range(20)), 10**6 * ONE]
@@ -2428,7 +3398,10 @@ def rounding_errors(
             moved = center.moved[1] if i == 0 else r
             terms += 40 * moved + 2 * center.switches * (r + 2 * offset + 2 * moved)
             terms += 4 * 10**6 * mul(problem.rhos[i].rate, (moved, moved))[1]
-        errors.append((reference + at_zero) * (i == 0) + phi_error + scale(unit, (0, terms))[1] + 1)
+        own = (reference + at_zero) * (i == 0)
+        if following is not None:
+            own, terms = following[i], 4 * (r + size[1] + phi)
+        errors.append(own + phi_error + scale(unit, (0, terms))[1] + 1)
         bend = min(scale(gain.M / gain.epsilon, size)[1], ONE)
         parts = (
             ((6 + 40 * gain.powers) * gain.k, size[1]),
@@ -2440,6 +3413,8 @@ def rounding_errors(
         quotient = scale(2 * gain.M * half_width / gain.epsilon, ONE_I)[1]
         if max(quotient, phi, *(part for _, part in parts)) > _BINARY64:
             raise UndecidedError(f"phi_{i + 1} beyond 2^1000: binary64 could overflow")
+    if following is not None:
+        phi_error += following[-1] + scale(4 * unit, (0, center.size(len(p))[1] + phi))[1]
     return (*errors, phi_error)
 
 
@@ -2449,6 +3424,7 @@ def derive(
     half_widths: Sequence[Any],
     c_0: float | Fraction | None = None,
     stages: Sequence[Sequence[Any]] = (),
+    duration: float | Fraction | None = None,
 ) -> Obligations:
     """Derive every obligation from the plant, the gains and the tube.
 
@@ -2465,6 +3441,8 @@ def derive(
         For theorem1: what the power terms may add to the error of alpha.
     stages : Sequence[Sequence[Any]]
         For theorem3: (gains, p, widened p) of the stages below the last one.
+    duration : float or Fraction, optional
+        For center nominal: T_s [s].
 
     Returns
     -------
@@ -2480,8 +3458,26 @@ def derive(
 
     References
     ----------
-    docs/theory.md sections 1 to 3 and 6 to 8.
+    docs/theory.md sections 1 to 4 and 6 to 8.
     """
+    question = repr((document, gains, half_widths, c_0, stages, duration))
+    if question not in _ANSWERED:
+        _ANSWERED.clear()
+        _ANSWERED[question] = _derived(document, gains, half_widths, c_0, stages, duration)
+    return _ANSWERED[question]
+
+
+_ANSWERED: dict[str, Obligations] = {}  # the last one: a folder asks for it more than once
+
+
+def _derived(
+    document: object,
+    gains: Sequence[Sequence[Any]],
+    half_widths: Sequence[Any],
+    c_0: float | Fraction | None,
+    stages: Sequence[Sequence[Any]],
+    duration: float | Fraction | None,
+) -> Obligations:
     problem = read_plant(document)
     if (c_0 is not None) != (problem.method == "theorem1") or len(stages) != problem.free:
         raise MalformedError(f"design: not one of {problem.method} with {problem.free} free stages")
@@ -2490,6 +3486,12 @@ def derive(
         tall = tuple(tall_of(g, f"gains[{i}]") for i, g in enumerate(_each(problem, gains)))
         return _Theorem1(problem, tall, p, Fraction(c_0)).obligations()
     shapes = _shapes(problem, gains)
+    if (duration is not None) != (problem.center == "nominal"):
+        raise MalformedError("design: T_s belongs to center nominal, and only there")
+    if duration is not None:
+        if not Fraction(1, 10**6) <= duration <= 10**6:
+            raise MalformedError("design.T_s: from 1e-6 to 1e6 s")
+        return _Chain(problem, shapes, p, nominal_center(problem, Fraction(duration))).obligations()
     center = performance_center(problem)
     free: list[_FreeStage] = []
     for given in stages:
@@ -2659,12 +3661,14 @@ class _Chain:
         self._put("L", i, gain.slope_at_most(self.p[i]))
         for node in channel.partial:
             self._extension(node, self.outer)
-        bounded = channel.f_bound if channel.f_bound is not None else channel.f
-        force = self._majorant(bounded if bounded is not None else NOTHING)
-        disturbance = self._majorant(channel.disturbance)
         rate = self._put("rate", i, center.rate[i])
-        self._put("f_star", i, force)
-        load = self._put("W", i, add(add(force, disturbance), rate))
+        if center.following is not None:
+            load = self._residual(i, center.following)
+        else:
+            bounded = channel.f_bound if channel.f_bound is not None else channel.f
+            force = self._majorant(bounded if bounded is not None else NOTHING)
+            load = add(self._put("f_star", i, force), rate)
+        load = self._put("W", i, add(load, self._majorant(channel.disturbance)))
         coupled = self._get("B", i - 1) if i else ZERO_I
         load = self._put("D", i, add(load, coupled))
         largest = channel.g_bound if channel.g_bound is not None else channel.g
@@ -2675,7 +3679,8 @@ class _Chain:
         self._put("g_min", i, (smallest[0], max(smallest)))
         ahead = ZERO_I
         if i + 1 < self.n:
-            ahead = add(self.p[i + 1], self._put("s", i, center.size(i + 1)))
+            feed = ZERO_I if center.following is not None else center.size(i + 1)
+            ahead = add(self.p[i + 1], self._put("s", i, feed))
         if smallest[0] > 0:
             demand = add(div(load, self._get("g_min", i)), ahead)
             self._put("F_star", i, demand)
@@ -2689,10 +3694,41 @@ class _Chain:
         eta = self._put("eta", i, add(measured, inherited))
         self._put("Lambda", i, gain.spread(self.p[i], eta))
 
+    def _residual(self, i: int, center: Following) -> Interval:
+        """W_i without the disturbance: model error, deviation, and what f^ leaves out."""
+        states = self.problem.states[: i + 1]
+        (lowest, low), (high, highest) = self.center.low[i + 1], self.center.high[i + 1]
+        reach = [self._get("xi", j) for j in range(i + 1)]
+        small, large = (
+            center.errors[i].away([box[state] for state in states], ahead, reach)
+            for box, ahead in (
+                (self.inner, (min(low, high), max(low, high))),
+                (self.outer, (lowest, highest)),
+            )
+        )
+        away = self._put("away", i, (min(small[0], large[1]), large[1]))
+        unknown = self._put("unknown", i, center.unknown[i])
+        left = self._put("left_out", i, self._majorant(center.path.model.left[i]))
+        return add(add(away, unknown), add(left, self._unknown_gain(i, center)))
+
+    def _unknown_gain(self, i: int, center: Following) -> Interval:
+        """Bound (g - g^) r_next where g is known by its bounds only, in whose middle g^ is."""
+        channel, states = self.problem.channels[i], self.problem.states
+        if channel.g is not None:
+            return ZERO_I
+        box = {s: (self.center.low[j][0], self.center.high[j][1]) for j, s in enumerate(states)}
+        followed = self._extension(center.path.model.g[i], box)
+        above = self._extension(channel.g_bound or UNIT, self.outer)[1] - followed[0]
+        below = followed[1] - self._extension(channel.g_min or UNIT, self.outer)[0]
+        most = max(above, below, 0)
+        return 0, mul((most, most), self.center.size(i + 1))[1]
+
     def _assumptions(self, i: int) -> None:
         """f_bound, g_min and g_bound of the file against its f and g, over the reachable box."""
         channel, state = self.problem.channels[i], self.problem.states[i]
-        if channel.f is not None and channel.f_bound is not None:
+        # Center nominal takes f, where it is given, for the truth, and uses no bound of it.
+        used = self.center.following is None
+        if used and channel.f is not None and channel.f_bound is not None:
             pair = [
                 (channel.f, channel.f_bound),
                 (combine([(-1, channel.f)]), channel.f_bound),
@@ -2764,7 +3800,7 @@ class _Chain:
         return goals
 
     def _finish(self) -> None:
-        """V_n, zeta, U and the right side of the last inequality (v = 0).
+        """V_n, zeta, U and what the held input adds to the last inequality.
 
         The commands of the stages before count in U, and with a delay in V: they may still act.
         """
@@ -2775,10 +3811,16 @@ class _Chain:
         command = add(force, rounded)
         largest = _call("max", [command, *(stage.peak for stage in self.free)])
         self.table["delta_u"] = add(error, rounded)
-        self.table["U"] = add(largest, error)
-        held = add(largest if self.problem.delay[1] else command, error)
-        speed = add(self._get("D", last), mul(self._get("G", last), held))
         hold = add(self.problem.period, self.problem.delay)
+        held = largest if self.problem.delay[1] else command
+        self.table["delta_v"] = ZERO_I
+        if self.center.following is not None:
+            following = self.center.following
+            v = self.table["v"] = self.center.size(self.n)
+            late = self.table["delta_v"] = mul(hold, following.v_rate)
+            held, largest = _call("max", (add(held, late), following.v_start)), add(v, command)
+        self.table["U"] = add(largest, error)
+        speed = add(self._get("D", last), mul(self._get("G", last), add(held, error)))
         self.table["hold"], self.table["V"] = hold, speed
         self.table["zeta"] = add(eta, mul(hold, speed))
 
@@ -2823,7 +3865,9 @@ class _Chain:
     def _last(self, name: str) -> Obligation:
         last, n = self.n - 1, self.n
         gain, p, eta = self.gains[last], self.p[last], self._get("eta", last)
-        hold, error = self.table["hold"], self.table["delta_u"]
+        hold = self.table["hold"]
+        # A held v is an error of the input too.
+        error = add(self.table["delta_u"], self.table["delta_v"])
         if name == "U2":
             late, rest = self.table["zeta"], sub(p, self.table["zeta"])
             statement = f"p_{n} > zeta and phi_{n}(p_{n} - zeta) > F*_{n} + delta_u"
@@ -2887,6 +3931,8 @@ class _Chain:
         for i, (gain, p) in enumerate(zip(self.gains, self.widths(), strict=True), start=1):
             values = {key: Fraction(getattr(gain, key)) for key in _SHAPE} | {"p": p}
             found |= {f"{prefix}{key}_{i}": from_fraction(v) for key, v in values.items()}
+        if self.center.following is not None:
+            found["T_s"] = from_fraction(self.center.following.path.model.duration)
         return found
 
     def widths(self) -> tuple[Fraction, ...]:
@@ -3291,6 +4337,9 @@ def _assumed(problem: Problem) -> tuple[str, ...]:
         lines.append(
             f"the reference obeys its declared bounds: |y_d| <= {bound!r}, |dy_d| <= {rate!r}"
         )
+        if problem.center == "nominal":
+            more = ", ".join(repr(to_doubles(b)[1]) for b in problem.derivatives[2:])
+            lines.append(f"its further derivatives exist, are passed exactly, and obey {more}")
     else:
         lines.append("a reference passed to the controller is the declared expression")
     for channel, state in zip(problem.channels, problem.states, strict=True):
@@ -3409,19 +4458,20 @@ class Design:
     u_max: float
     c_0: float | None = None
     stages: tuple[tuple[Gains, tuple[float, ...], tuple[float, ...]], ...] = ()
+    duration: float | None = None
 
     def constants(self) -> dict[str, float | int]:
         """Return the numbers by the names that the controllers give them."""
         found = _constants("", self.gains, self.p)
         for number, (gains, p, _) in enumerate(self.stages, start=1):
             found |= _constants(f"stage{number}_", gains, p)
+        if self.duration is not None:
+            found["T_s"] = self.duration
         return {**found, "U_MAX": self.u_max}
 
     def obligations(self, plant: object) -> Obligations:
         """Derive what must hold for this design of a plant."""
-        if self.c_0 is None and not self.stages:
-            return derive(plant, self.gains, self.p)
-        return derive(plant, self.gains, self.p, self.c_0, self.stages)
+        return derive(plant, self.gains, self.p, self.c_0, self.stages, self.duration)
 
 
 def _constants(prefix: str, gains: Gains, p: Sequence[float]) -> dict[str, float | int]:
@@ -3438,7 +4488,7 @@ def _constants(prefix: str, gains: Gains, p: Sequence[float]) -> dict[str, float
 
 def read_design(value: object) -> Design:
     """Read gains, tube and clamp; c_0 of theorem1, the stages of theorem3."""
-    design = fields(value, "design", "p gains U_MAX", "c_0 stages")
+    design = fields(value, "design", "p gains U_MAX", "c_0 stages T_s")
     keys = _TALL if "c_0" in design else _SHAPE
     stages = []
     for j, given in enumerate(_list(design.get("stages", []), "design.stages", _MOST_STAGES)):
@@ -3450,7 +4500,9 @@ def read_design(value: object) -> Design:
     c_0 = read_double(design["c_0"], "design.c_0") if "c_0" in design else None
     if any(len(own) != len(gains) for own in (p, *(part for s in stages for part in s))):
         raise MalformedError("design: not one gain and one p for every state")
-    return Design(gains, p, read_double(design["U_MAX"], "design.U_MAX"), c_0, tuple(stages))
+    duration = read_double(design["T_s"], "design.T_s") if "T_s" in design else None
+    peak = read_double(design["U_MAX"], "design.U_MAX")
+    return Design(gains, p, peak, c_0, tuple(stages), duration)
 
 
 def _read_gains(value: object, path: str, keys: Sequence[str]) -> Gains:
@@ -3858,24 +4910,35 @@ def _check_c(texts: Sequence[str], name: str, n: int, keys: Iterable[str]) -> No
     own = (f"#ifndef {name}_H", f"#define {name}_H", f"#define {name}_ORDER {n}")
     allowed = {*_GUARDS.splitlines(), *own, f'#include "{name}.h"'}
     kept: list[str] = []
+    opened = 0
     for text in texts:
         depth = 0
         for line in _C_TOKEN.sub(lambda token: token.group(1) or " ", text).splitlines():
             word = line.strip()
-            if "\\" in word or "%:" in word or "??" in word:
+            if any(sign in word for sign in ("\\", "%:", "??", "'", "<%")):
                 raise MalformedError(f"the C code: {word[:60]!r}: no controller needs that")
             if word.startswith("#"):
                 if word not in allowed and not word.startswith("#error "):
                     raise MalformedError(f"the C code: {word[:60]!r}: no controller needs that")
                 depth += word.startswith("#if") - word.startswith("#endif")
             elif depth == (text is texts[0]):
-                kept.append(word)
+                # Inside braces nothing is the constant of the file.
+                kept.append(f"{{ {word}" if opened else word)
+                opened += word.count("{") - word.count("}")
+            elif word not in ("", 'extern "C" {', "}"):
+                raise MalformedError(f"the C code: {word[:60]!r} for some compilers only")
     if kept.count(f"typedef double {name}_real;") != 1:
         raise MalformedError(f"{name}.h: {name}_real is not binary64")
+    if len(re.findall(r"\b(enum|union|goto|asm)\b", " ".join(kept))) > 1:
+        raise MalformedError(f"{name}.c: a second enum, or what no controller needs")
+    types = (
+        rf"\b(const|volatile|static|double|float|int|long|short|char|{name}_(real|state|status))"
+    )
     for key in sorted(keys):
         uses = [line for line in kept if re.search(rf"\b{name}_{key}\b", line)]
         form = f"static const {name}_real {name}_{key} = "
-        if uses and [line.startswith(form) for line in uses].count(True) != 1:
+        made = [line for line in uses if re.search(rf"{types}[\s*]+{name}_{key}\b", line)]
+        if uses and [line.startswith(form) for line in made] != [True]:
             raise MalformedError(f"{name}.c: {key} is not one constant of the file")
 
 
@@ -3888,6 +4951,9 @@ def screening_limits(obligations: Obligations) -> dict[str, int]:
         low, high = over_time(problem.reference or NOTHING, {}, 0)
         largest = max(-low[0], high[1])
     limits = {"y_d_limit": largest, "elapsed_limit": 10**6 * ONE}
+    if problem.center == "nominal" and problem.reference is None:
+        for k, bound in enumerate(problem.derivatives[1 : len(problem.states) + 1], start=1):
+            limits[f"y_d_limit_{k}"] = bound[1]
     laws = obligations.laws
     for i, delta in enumerate(problem.delta):
         limits[f"x_limit_{i + 1}"] = max(law.reach[i] for law in laws) + delta[1]
@@ -3998,6 +5064,9 @@ def _reason(item: ast.AST) -> str:
     )
 
 
+References = tuple[Any, Any]  # what is passed as y_d at a sample, and at the latch
+
+
 @dataclass(frozen=True, slots=True)
 class Memory:
     """What a correct controller has latched: a start, and the switches since then.
@@ -4034,7 +5103,7 @@ def law_enclosure(
     time: Fraction,
     x: Sequence[float],
     memory: Memory,
-    references: tuple[float, float] | None,
+    references: References | None,
 ) -> Step:
     """Enclose what a correct controller computes in the stage that it is in.
 
@@ -4042,6 +5111,9 @@ def law_enclosure(
     rounding that the certificate allows is added step by step.
     """
     problem, law = obligations.problem, obligations.laws[memory.stage]
+    following = obligations.center.following
+    if following is not None:
+        return _nominal_law(law, following, time, x, memory.start, references)
     if references is not None:
         y, y_0 = (from_fraction(Fraction(value)) for value in references)
     else:
@@ -4067,12 +5139,32 @@ def law_enclosure(
     return Step(u, tuple(errors), tuple(centers), tuple(levels))
 
 
+def _nominal_law(
+    law: StageLaw,
+    following: Following,
+    time: Fraction,
+    x: Sequence[float],
+    start: Sequence[float],
+    references: Any,
+) -> Step:
+    centers, v = following.path.at(time, start, references)
+    phi: Interval = ZERO_I
+    errors = []
+    for r, gain, value, slack in zip(centers, law.gains, x, law.rounding, strict=False):
+        e = add(sub(from_fraction(Fraction(value)), r), phi)
+        errors.append((e[0] - slack, e[1] + slack))
+        phi = gain.phi(errors[-1], ONE_I)
+    slack = law.rounding[-1]
+    u = (v[0] - phi[1] - slack, v[1] - phi[0] + slack)
+    return Step(u, tuple(errors), tuple(centers), tuple(ONE_I for _ in errors))
+
+
 def follow(
     obligations: Obligations,
     time: Fraction,
     x: Sequence[float],
     memory: Memory,
-    references: tuple[float, float] | None,
+    references: References | None,
 ) -> tuple[Step, Memory]:
     """Leave every stage whose half-widths the sample is outside of, as docs/theory.md section 8."""
     while True:
@@ -4113,11 +5205,12 @@ class _Screened(importlib.abc.InspectLoader):
 def check_controller(path: Path, obligations: Obligations, design: Design) -> int:
     """Run controller.py on 200 samples inside the tube; each u must be in its enclosure.
 
-    Eight starts, 25 samples each, from a fixed sequence; the times reach from 0 to 9e5 s and a
-    sample is made from errors chosen inside the tube. A law with another sign, gain or formula
-    is far outside. Of a law in stages seven starts are driven out of every stage, three of them
-    late; its stage must be the right one at each sample. After each start come samples that no
-    law may be applied to, and one that is outside the tube: the status must say so.
+    Eight starts, 25 samples each, from a fixed sequence; the times reach from 0 to 9e5 s (of
+    center nominal every second start has eight below T_s) and a sample is made from errors chosen
+    inside the tube. A law with another sign, gain or formula is far outside. Of a law in stages
+    seven starts are driven out of every stage, three of them late; its stage must be the right one
+    at each sample. After each start come samples that no law may be applied to, and one that is
+    outside the tube: the status must say so.
     """
     sys.dont_write_bytecode = True
     loader = _Screened(_read(path).decode())
@@ -4141,16 +5234,24 @@ def check_controller(path: Path, obligations: Obligations, design: Design) -> in
             t_0 = draw(0.0, 10.0)
             bound = problem.reference_bounds if problem.reference is None else None
             start = [draw(lo / ONE, hi / ONE) for lo, hi in problem.starts]
-            first, previous, memory = 0.0, t_0, Memory(tuple(start))
+            first: float | list[float] = 0.0
+            previous, memory = t_0, Memory(tuple(start))
             # Every second sample from here on leaves a stage.
             leaves = (0, 3, 13)[(run > 0) + (run > 4)]
             if bound:
                 first = _possible_reference(problem, start[0], draw(-1.0, 1.0))
+                first = _with_derivatives(problem, first, draw)
             for j in range(25):
                 late = 9e5 * 10.0 ** ((j - 24) / 2.0) * draw(0.5, 1.0)
-                t = t_0 + ((j / 24.0) ** 2 * draw(20.0, 40.0) if j < 13 else late) if j else t_0
+                early = draw(20.0, 40.0) if 0 < j < 13 else 0.0
+                if design.duration is not None and run % 2:
+                    early = min(early, 8.0 * design.duration)
+                t = t_0 + ((j / 24.0) ** 2 * early if j < 13 else late) if j else t_0
                 previous = t = max(t, previous)
-                y = first if not (bound and j) else draw(-1.0, 1.0) * (bound[0][0] / ONE)
+                y = first
+                if bound and j:
+                    y = draw(-1.0, 1.0) * (bound[0][0] / ONE)
+                    y = _with_derivatives(problem, y, draw)
                 references = (y, first) if bound else None
                 elapsed = Fraction(t) - Fraction(t_0)
                 x = list(start)
@@ -4176,7 +5277,7 @@ def _judge_refusals(
     controller: Any,
     times: tuple[float, float],
     last: tuple[Sequence[float], float],
-    references: Sequence[float],
+    references: Sequence[Any],
     width: Fraction,
 ) -> None:
     """Pass samples after the last one that no law may be applied to, or that left the tube."""
@@ -4198,6 +5299,16 @@ def _judge_refusals(
         raise MalformedError("controller.py: a sample outside the tube is answered with OK")
 
 
+def _with_derivatives(
+    problem: Problem, y: float, draw: Callable[[float, float], float]
+) -> float | list[float]:
+    """Return what is passed as the reference: center nominal wants y_d, dy_d, .. up to order n."""
+    if problem.center == "performance":
+        return y
+    bounds = problem.derivatives[1 : len(problem.states) + 1]
+    return [y, *(draw(-1.0, 1.0) * (bound[0] / ONE) for bound in bounds)]
+
+
 def _possible_reference(problem: Problem, x: float, share: float) -> float:
     """Return a start of the reference that the declared offset and bound allow."""
     bound = problem.reference_bounds[0][0] / ONE if problem.reference_bounds else 0.0
@@ -4210,7 +5321,7 @@ def _sample(
     obligations: Obligations,
     elapsed: Fraction,
     memory: Memory,
-    references: tuple[float, float] | None,
+    references: References | None,
     draw: Callable[[float, float], float],
     leaving: int | None,
 ) -> list[float]:

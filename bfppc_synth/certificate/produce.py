@@ -37,6 +37,7 @@ def produce_certificate(
     tool: str,
     c_0: float | None = None,
     stages: tuple[Stage, ...] = (),
+    transition: float | None = None,
 ) -> dict[str, Any]:
     """Write the certificate of a design, proved or not.
 
@@ -54,6 +55,8 @@ def produce_certificate(
         What theorem1 allows the power terms to add.
     stages : tuple[Stage, ...]
         The free stages of theorem3, with their widened tubes.
+    transition : float, optional
+        T_s of center nominal [s].
 
     Returns
     -------
@@ -66,6 +69,8 @@ def produce_certificate(
     docs/theory.md section 6.
     """
     design = _design(shapes, half_widths, c_0, stages)
+    if transition is not None:
+        design["T_s"] = float(transition).hex()
     claims: list[dict[str, Any]] = []
     enclosures: dict[str, list[str]] = {}
     peak, method = 0.0, "unified"

@@ -10,6 +10,7 @@ from bfppc_synth.bounds.chain import ChainRules, Coupling, Division
 from bfppc_synth.bounds.formulas import chain_formulas
 from bfppc_synth.model.spec import Form
 from bfppc_synth.report.formulas import displayed, inline, number, with_numbers
+from bfppc_synth.report.numbers import look_up
 from bfppc_synth.report.theorem1 import theorem1_lines
 
 if TYPE_CHECKING:
@@ -31,12 +32,17 @@ _MEANINGS = {
     "eta": r"bound on the measurement error $\left|\hat{e}_{i} - e_{i}\right|$",
     "Lambda": r"how far that error moves $\varphi_{i}$",
     "F_star": "the feedback that this tube needs at its wall",
+    "delta_v": r"how much the feedforward $v$ moves while a command is held",
     "V": r"bound on $\left|\dot{e}_{i}\right|$",
     "zeta": r"total error of the applied $\hat{e}_{i}$: measurement, hold, delay",
     "U": r"bound on $\left|u\right|$: the certified peak input",
 }
+_RESIDUAL = (
+    r"bound on the residual $w_{i} = f_{i}(x) + g_{i}(x) \, {ahead} - \dot{r}_{i}$, "
+    "disturbance included"
+)
 _BY_STEP = ("xi", "X", "A", "L", "W", "G", "g_min", "D", "F_star", "B", "eta", "Lambda")
-_BY_INPUT = ("V", "zeta", "U")
+_BY_INPUT = ("delta_v", "V", "zeta", "U")
 # A number beside another factor needs a sign between them; letters do not.
 _PLACE = r"\\text\{@[^@]+@\}"
 _FACTOR = r"(?=\\(?:tanh|left|frac|sigma|text|max|min|sqrt|cdot\b)|[0-9])"
@@ -89,7 +95,8 @@ def derivation(design: Design, document: Mapping[str, object]) -> tuple[Step, ..
         return _of_theorem1(design, document)
     printed = design.spec.synthesis.form is Form.PRINTED
     rules = ChainRules(coupling=Coupling.SIMPLE, division=Division.PRINTED)
-    lines = chain_formulas(design.gains, rules if printed else ChainRules())
+    center = design.spec.synthesis.center
+    lines = chain_formulas(design.gains, rules if printed else ChainRules(), center)
     values = _values(design, lines)
     found = {(line.field, line.index): line for line in lines}
     steps = []
@@ -143,6 +150,10 @@ def _row(
     meaning = _MEANINGS[line.field].replace("_{i}", f"_{{{index + 1}}}")
     if line.field == "D" and index == 0:
         meaning = r"all that pushes $e_{1}$"
+    elif line.field == "W" and r"\sup\left|w_{" in definition:
+        last = look_up(document, ("order",)) == index + 1
+        ahead = "v" if last else f"r_{{{index + 2}}}"
+        meaning = _RESIDUAL.replace("{i}", f"{{{index + 1}}}").replace("{ahead}", ahead)
     return Row(
         symbol=inline(line.symbol),
         keys=keys,
@@ -169,6 +180,15 @@ def _values(design: Design, lines: tuple[ChainFormula, ...]) -> dict[str, str]:
         places[rf"\sup\left|\dot{{r}}_{{{i}}}\right|"] = number("bounds", "r_rate", index)
     places[r"\delta_{u}"] = number("actuator", "error")
     places[r"\delta_{v}"] = number("bounds", "delta_v")
+    places[r"\sup\left|v\right|"] = number("bounds", "v")
+    places[r"\sup\left|\dot{v}\right|"] = number("bounds", "v_rate")
+    places["v_{0}"] = number("bounds", "v_start")
+    if design.nominal_split is not None:
+        # A supremum of the residual is known as the sum of what it consists of.
+        for index, sources in enumerate(design.nominal_split.disturbance):
+            sizes = [number("nominal", "sources", index, j, "size") for j in range(len(sources))]
+            if sizes:
+                places[rf"\sup\left|w_{{{index + 1}}}\right|"] = " + ".join(sizes)
     places[r"\left(h+\tau\right)"] = number("sampling", "hold")
     return places
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import html
 import re
-from decimal import Decimal
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -20,7 +19,8 @@ if TYPE_CHECKING:
 # Longer than this, a majorant of a large plant is no longer read but skipped: the page
 # points to report.json instead, and stays below 400 kB.
 LONGEST = 3000
-LARGEST_DENOMINATOR = 10**12
+# A fraction whose decimals end later than this stays a fraction.
+MOST_DECIMALS = 20
 
 _GREEK = frozenset(
     {"alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa"}
@@ -234,6 +234,9 @@ def _decimal(value: sp.Rational) -> sp.Expr:
     for prime in (2, 5):
         while rest % prime == 0:
             rest //= prime
-    if rest != 1 or value.q in {1, 2, 4} or value.q > LARGEST_DENOMINATOR:
+    if rest != 1 or value.q in {1, 2, 4} or 10**MOST_DECIMALS % value.q != 0:
         return value
-    return sp.Float(str(Decimal(int(value.p)) / Decimal(int(value.q))))
+    # Digit by digit: no precision of a decimal context may round them.
+    whole, rest = divmod(abs(int(value.p)) * (10**MOST_DECIMALS // int(value.q)), 10**MOST_DECIMALS)
+    digits = f"{whole}.{rest:0{MOST_DECIMALS}d}".rstrip("0").rstrip(".")
+    return sp.Float(f"-{digits}" if value.p < 0 else digits)

@@ -1,4 +1,4 @@
-"""The feedback shape and the table of gains, as the method of the design has them."""
+"""The feedback shape, the law and the table of gains, as method and center have them."""
 
 from __future__ import annotations
 
@@ -7,6 +7,23 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+
+# What r_i is, and what stands beside the feedback.
+_PERFORMANCE = (
+    r"$r_1$ is the curve of the promise, $r_i = \rho_i \, x_i(0)$ for the later states",
+    (
+        r"$s_{i+1}$ bounds $\left|r_{i+1}\right|$, and $\delta_v$ is what a feedforward would "
+        "change while it is held"
+    ),
+)
+_NOMINAL = (
+    r"$r_1$ to $r_n$ are the center",
+    (
+        r"$v$ is the feedforward, $\delta_v$ bounds what it changes while it is held, and $v_0$ "
+        "bounds it until the first command acts"
+    ),
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,6 +38,27 @@ class GainTable:
     heads: tuple[str, ...]
     names: tuple[str, ...]
     rows: tuple[tuple[tuple[str | int, ...], ...], ...]
+
+
+def errors_sentence(document: Mapping[str, Any]) -> str:
+    """Say what e_i, p_i and the feedback are, a sentence for ``prose``."""
+    center, fed = _PERFORMANCE if document["center"] != "nominal" else _NOMINAL
+    return (
+        r"From here on $e_1 = x_1 - r_1$ and $e_i = x_i - r_i + \varphi_{i-1}(e_{i-1})$ are the "
+        rf"true errors ({center}), $\hat{{e}}_i$ the same made of measured states, and $p_i$ is "
+        r"the half-width of the tube $\left|e_i\right| \le p_i$. The feedback of step $i$ is "
+        f"${gain_table(document).shape}$ with the gains of the next section; {fed}."
+    )
+
+
+def command_sentence(document: Mapping[str, Any]) -> str:
+    """Say what the law does at a sample, a sentence for ``prose``."""
+    forward = "v" if document["center"] == "nominal" else ""
+    return (
+        r"At every sample the law forms $\hat{e}_1 = q(x_1) - r_1$ and $\hat{e}_i = q(x_i) - r_i + "
+        r"\varphi_{i-1}(\hat{e}_{i-1})$ from the measured states $q(x_i)$ and applies $u = "
+        rf"{forward}-\varphi_n(\hat{{e}}_n)$ with"
+    )
 
 
 def gain_table(document: Mapping[str, Any]) -> GainTable:

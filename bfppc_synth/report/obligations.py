@@ -6,8 +6,9 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from bfppc_synth.model.spec import Form
+from bfppc_synth.model.spec import CenterKind, Form
 from bfppc_synth.report.formulas import displayed, inline, number, with_numbers
+from bfppc_synth.report.nominal import source_sentence
 from bfppc_synth.report.theorem1 import theorem1_formula
 
 if TYPE_CHECKING:
@@ -32,6 +33,8 @@ _MEANINGS = {
     "T1.c": "What measurement changes in the power term stays below c_0.",
     "T1.gamma": "At the wall of its tube the feedback beats everything that pushes outward.",
     "T1'.gamma": "The same where rho is 1, with the narrowest tube in the power term.",
+    "T3.stage": "Between two samples no error leaves the widened tube of this free stage.",
+    "T3.handover": "The last tube contains every jump out of this stage.",
     "f_bound": "The declared f_bound covers the drift wherever the states can go.",
     "g_min": "The least input gain is positive wherever the states can go.",
     "g_bound": "The declared g_bound covers the input gain wherever the states can go.",
@@ -89,6 +92,9 @@ def obligation(design: Design, document: Mapping[str, object], identifier: str) 
     """
     match = _IDENTIFIER.fullmatch(identifier)
     family, state = (match[1], match[2]) if match else (identifier, None)
+    if family.startswith("T3."):
+        # T3.stage2 is the same claim as T3.stage1, of another stage.
+        family = family.rstrip("0123456789")
     meaning = _MEANINGS.get(family, _OTHER)
     states = design.spec.states
     if state is not None and state not in states:
@@ -211,8 +217,11 @@ def _demand(design: Design, index: int, extra: Sequence[tuple[str, str]]) -> tup
     letters = [rf"\frac{{D_{{{i}}}}}{{g_{{m,{i}}}}}"]
     numbers = [rf"\frac{{{number('bounds', 'D', index)}}}{{{g_min}}}"]
     if i < design.spec.order:
-        letters += [f"p_{{{i + 1}}}", f"s_{{{i + 1}}}"]
-        numbers += [number("omega", "p", index + 1), number("bounds", "s", index)]
+        letters.append(f"p_{{{i + 1}}}")
+        numbers.append(number("omega", "p", index + 1))
+        if design.spec.synthesis.center is CenterKind.PERFORMANCE:
+            letters.append(f"s_{{{i + 1}}}")
+            numbers.append(number("bounds", "s", index))
     letters += [text for text, _ in extra]
     numbers += [text for _, text in extra]
     return _sum(letters), _sum(numbers)
@@ -228,4 +237,4 @@ def term_sentence(term: str) -> str:
         match = re.fullmatch(pattern, term)
         if match:
             return words.replace("{i}", f"{{{match[1]}}}")
-    return re.sub(r"[$#`]", "", term)
+    return source_sentence(re.sub(r"[$#`]", "", term))

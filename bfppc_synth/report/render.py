@@ -7,7 +7,7 @@ import hashlib
 from typing import TYPE_CHECKING, Any
 
 from bfppc_synth.model.certificate import Verdict
-from bfppc_synth.model.spec import ReferenceKind
+from bfppc_synth.model.spec import CenterKind, ReferenceKind
 from bfppc_synth.report.derivation import derivation
 from bfppc_synth.report.figures import draw
 from bfppc_synth.report.formulas import (
@@ -18,7 +18,8 @@ from bfppc_synth.report.formulas import (
     name_latex,
     unknowns_latex,
 )
-from bfppc_synth.report.gains import gain_table
+from bfppc_synth.report.gains import command_sentence, errors_sentence, gain_table
+from bfppc_synth.report.nominal_page import center_texts, splits
 from bfppc_synth.report.numbers import look_up, shown
 from bfppc_synth.report.obligations import obligation, term_sentence
 from bfppc_synth.report.sentences import (
@@ -47,6 +48,7 @@ _VERIFY = (
     "python verify.py            # proves the inequalities again; needs no package",
     "bfppc-synth verify .        # the same, with the package",
 )
+_PASSED = "y_d lists the reference at t and its exact derivatives, order 1 to {order}."
 _SIMULATE = "bfppc-synth simulate .      # runs controller.py against the plant again"
 
 
@@ -110,6 +112,10 @@ def render_html(document: Mapping[str, object], design: Design, nominal: Traject
         performance=performance_sentences(design),
         parameter_tables=[parameters] if parameters else [],
         majorants=_majorants(design),
+        centers=center_texts(design, document),
+        splits=splits(design),
+        errors=errors_sentence(document),
+        command=command_sentence(document),
         steps=derivation(design, document),
         obligations=[
             obligation(design, document, entry.id) for entry in design.certificate.inequalities
@@ -173,10 +179,12 @@ def _converters(document: Mapping[str, object]) -> list[tuple[str, int]]:
 def _calls(document: Mapping[str, object]) -> dict[str, object]:
     """Lines that a user types; they depend on the reference and on the certificate."""
     supplied = look_up(document, ("reference", "kind")) == str(ReferenceKind.RUNTIME)
+    nominal = document["center"] == str(CenterKind.NOMINAL)
     certificate = document["certificate"]
     return {
         "python_reference": ", y_d" if supplied else "",
         "c_reference": "y_d" if supplied else f"{document['name']}_reference(t)",
+        "passed": _PASSED.format(order=document["order"]) if supplied and nominal else "",
         "certificates": [certificate] if certificate else [],
         "commands": [*(_VERIFY if certificate else ()), _SIMULATE],
     }

@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from bfppc_synth.model.spec import QuantizerKind, RhoKind
+from bfppc_synth.report.nominal import reference_bounds
 from bfppc_synth.report.numbers import constant, finite, finites
 from bfppc_synth.report.stages import reanchors
 
@@ -69,13 +70,25 @@ def reference_entry(design: Design) -> dict[str, object]:
         "Y0": finite(signals.Y_0),
         "Y1": finite(signals.Y_1),
         "kind": str(reference.kind),
+        **reference_bounds(design),
         "expression": _text(reference.expression),
     }
 
 
 def performance_entry(design: Design) -> dict[str, object]:
-    """Lay out the accuracy p_1 and the performance functions rho_i (52), (53)."""
+    """Lay out the accuracy p_1 and how the start fades: rho_i (52), (53), or T_s."""
     signals = design.signals
+    if design.nominal is not None:
+        accuracy = finite(design.omega[0])
+        return {
+            "accuracy": accuracy,
+            # b is exactly 0 after T_s: nothing of the start remains.
+            "final_error": accuracy,
+            "offset": finite(signals.a_0),
+            "funnel": _text(design.spec.performance.funnel),
+            "transition": finite(design.nominal.transition),
+            "rho": [],
+        }
 
     def shape(rho: RhoSpec, floor: float, rate_bound: float) -> dict[str, object]:
         entry: dict[str, object] = {"kind": str(rho.kind)}

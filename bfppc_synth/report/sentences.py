@@ -14,6 +14,11 @@ from typing import TYPE_CHECKING
 from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.model.spec import Anchor, QuantizerKind, ReferenceKind, RhoKind
 from bfppc_synth.report.formulas import expression_latex, inline
+from bfppc_synth.report.nominal import (
+    derivatives_sentence,
+    nominal_promise,
+    transition_sentences,
+)
 from bfppc_synth.report.numbers import exact, look_up, path_text, shown
 from bfppc_synth.report.stages import handover_sentences, reanchors
 
@@ -106,7 +111,7 @@ def promise(design: Design) -> tuple[str, ...]:
     Parameters
     ----------
     design : Design
-        Center performance.
+        Of either center.
 
     Returns
     -------
@@ -115,8 +120,19 @@ def promise(design: Design) -> tuple[str, ...]:
 
     References
     ----------
-    docs/theory.md sections 3 and 10.
+    docs/theory.md sections 3, 4 and 10.
     """
+    lines = _performance_promise(design) if design.nominal is None else nominal_promise()
+    return (
+        *lines,
+        (
+            r"Input. $\left|u\right| \le U$ = #bounds/U# at every time; the code clamps there, and "
+            "within the assumptions the clamp is never reached."
+        ),
+    )
+
+
+def _performance_promise(design: Design) -> tuple[str, ...]:
     spec = design.spec
     state = spec.states[0]
     measured = spec.synthesis.anchor is Anchor.LATCHED and design.conditions.delta[0] > 0.0
@@ -144,10 +160,6 @@ def promise(design: Design) -> tuple[str, ...]:
             r"#performance/rho/0/rate# per second), $\left|y - y_d\right|$ is bounded by "
             "#performance/final_error# plus a remainder that vanishes."
         )
-    lines.append(
-        r"Input. $\left|u\right| \le U$ = #bounds/U# at every time; the code clamps there, and "
-        "within the assumptions the clamp is never reached."
-    )
     return tuple(lines)
 
 
@@ -250,7 +262,8 @@ def reference_sentence(design: Design) -> str:
     reference = design.spec.reference
     bounds = r"$\left|y_d\right| \le$#reference/Y0#, $\left|\dot{y}_d\right| \le$#reference/Y1#"
     if reference.kind is ReferenceKind.RUNTIME or design.plant.reference is None:
-        return f"Reference: supplied at run time, {bounds} (assumed)."
+        more = derivatives_sentence(design)
+        return f"Reference: supplied at run time, {bounds} (assumed).{more and ' ' + more}"
     formula = expression_latex(design.plant.reference)
     if reference.kind is ReferenceKind.DECLARED:
         return f"Reference: $y_d = {formula}$, {bounds} (declared, hence assumed)."
@@ -258,7 +271,9 @@ def reference_sentence(design: Design) -> str:
 
 
 def performance_sentences(design: Design) -> tuple[str, ...]:
-    """Say which performance function every state has, (52) or (53)."""
+    """Say which performance function every state has, (52) or (53), or what stands for it."""
+    if design.nominal is not None:
+        return transition_sentences()
     lines = []
     for index, (state, rho) in enumerate(
         zip(design.spec.states, design.spec.performance.rho, strict=True)

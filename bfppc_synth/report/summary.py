@@ -43,6 +43,11 @@ def _design_lines(document: Mapping[str, Any]) -> list[str]:
         f"{document['name']}: {status} ({words})",
         f"  peak input |u| <= {_number(bounds['U'])}, slope {_number(bounds['slope'])}",
     ]
+    if "nominal" in document:
+        parts = document["nominal"]
+        feedforward, tube = _number(parts["feedforward"]), _number(parts["tube"])
+        duration = _number(parts["transition"])
+        lines.append(f"  of it feedforward {feedforward}, tube {tube}; transition {duration} s")
     columns = tuple(document["gains"][0])
     table = [["state", "p", *columns]]
     for state, width, gains in zip(

@@ -10,6 +10,7 @@ from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.model.shapes import Theorem1Gain
 from bfppc_synth.model.spec import THEOREMS
 from bfppc_synth.report.evidence import failures, inequality_entry, simulation_entry
+from bfppc_synth.report.nominal import feed_entry, nominal_entry
 from bfppc_synth.report.numbers import constant, finite, finites
 from bfppc_synth.report.requirements import (
     majorant_entries,
@@ -81,6 +82,7 @@ def report_document(
         "majorants": majorant_entries(design),
         "bounds": _bounds(design),
         **_theorem1(design),
+        **nominal_entry(design),
         **stages_entry(design),
         "reference": reference_entry(design),
         "performance": performance_entry(design),
@@ -197,6 +199,7 @@ def _bounds(design: Design) -> dict[str, object]:
         "Lambda": finites(bounds.Lambda),
         "zeta": finite(bounds.zeta),
         "V": finite(bounds.V),
+        **feed_entry(design),
         "delta_v": finite(bounds.delta_v),
         "U": finite(bounds.U),
         "slope": finite(bounds.slope),

@@ -43,6 +43,7 @@ def check_rules(book: Notebook, states: tuple[str, ...]) -> None:
     synthesis = build.build_synthesis(book, states)
     _check_resolution(book, states, synthesis)
     _check_synthesis(book, states, synthesis)
+    _check_nominal(book, states, synthesis)
     check_stages(book, states, synthesis)
     check_theorem1(book, states, synthesis)
     printed = synthesis.form is Form.PRINTED and synthesis.method is Method.THEOREM3
@@ -125,6 +126,39 @@ def _check_synthesis(book: Notebook, states: tuple[str, ...], synthesis: Synthes
         )
 
 
+def _check_nominal(book: Notebook, states: tuple[str, ...], synthesis: SynthesisSpec) -> None:
+    """Note what center nominal has no theorem for, or cannot follow (docs/theory.md section 4)."""
+    if synthesis.center is not CenterKind.NOMINAL:
+        return
+    other = "or use `center: performance`"
+    if synthesis.method is not Method.UNIFIED:
+        book.blame_path(
+            "synthesis.center",
+            f"{synthesis.method} is proved for center performance, not for nominal",
+            f"use `method: unified`, {other}",
+        )
+    elif synthesis.anchor is Anchor.EXACT:
+        book.blame_path(
+            "synthesis.anchor",
+            "center nominal starts from what is measured, and the exact anchor from what is true",
+            f"use `anchor: latched`, {other}",
+        )
+    reference, highest = build.build_reference(book), len(states) + 1
+    needed = f"center nominal needs bounds on the reference and its first {highest} derivatives"
+    if reference.kind is ReferenceKind.DECLARED:
+        book.blame_path(
+            "reference",
+            f"{needed}, and the file declares two",
+            f"give the reference as an expression without bounds, {other}",
+        )
+    elif reference.kind is ReferenceKind.RUNTIME and 0 < len(reference.bounds) < highest + 1:
+        book.blame_path(
+            "reference.bounds",
+            f"{needed}, {highest + 1} in all, and there are {len(reference.bounds)}",
+            f"give all {highest + 1}, {other}",
+        )
+
+
 def _check_exact_and_continuous(book: Notebook, states: tuple[str, ...], method: Method) -> None:
     fix = "use `method: unified`, which covers it"
     measurement = build.build_measurement(book, states)
@@ -189,10 +223,12 @@ def unused_keys(book: Notebook, states: tuple[str, ...]) -> tuple[str, ...]:
     """Name the keys that the chosen method and center read but do not use."""
     synthesis = build.build_synthesis(book, states)
     notes = []
-    if book.has("performance.transition") and synthesis.center is CenterKind.PERFORMANCE:
-        notes.append("performance.transition is not used with center performance")
+    nominal = synthesis.center is CenterKind.NOMINAL
+    unused = "performance.rho" if nominal else "performance.transition"
+    if book.has(unused):
+        notes.append(f"{unused} is not used with center {synthesis.center}")
     paths = sorted({book.of_state("performance.rho", state) for state in states})
-    if synthesis.form is Form.SOUND:
+    if synthesis.form is Form.SOUND and not nominal:
         notes.extend(
             f"{path}.rate_bound is not used with form sound: the true bound is"
             for path in paths
@@ -201,6 +237,8 @@ def unused_keys(book: Notebook, states: tuple[str, ...]) -> tuple[str, ...]:
     notes.extend(unused_stages(book, synthesis))
     notes.extend(unused_theorem1(book, states, synthesis))
     reference = build.build_reference(book)
-    if reference.kind is ReferenceKind.RUNTIME and len(reference.bounds) > 2:
-        notes.append("reference.bounds: center performance uses the first two")
+    used = len(states) + 2 if nominal else 2
+    if reference.kind is ReferenceKind.RUNTIME and len(reference.bounds) > used:
+        words = str(used) if nominal else "two"
+        notes.append(f"reference.bounds: center {synthesis.center} uses the first {words}")
     return tuple(notes)

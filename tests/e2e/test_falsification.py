@@ -16,8 +16,13 @@ from bfppc_synth.simulation.scheme import Coverage
 from bfppc_synth.synthesis import restore
 
 ROOT = Path(__file__).parents[2]
-EXAMPLES = sorted(path.stem for path in (ROOT / "examples").glob("*.yaml"))
+EXAMPLES = sorted(
+    path.stem for path in (ROOT / "examples").glob("*.yaml") if not path.stem.endswith("_printed")
+)
 PAPER = ("paper_example_1", "paper_example_2")
+
+# A quantized law proved for continuous time is simulated in steps that nothing is proved of.
+COVERAGE = {"theorem1_example_1": Coverage.NOT_COVERED}
 
 # Not the seed of the plant files: these adversaries have never been met before.
 SEED = 7919
@@ -50,7 +55,7 @@ def test_random_adversaries_never_leave_the_tube(name):
     design = committed(name)
     controller = load_controller(ROOT / "generated" / name / "controller.py")
     runs = simulate_adversaries(design, controller, runs=10)
-    assert coverage(design) is Coverage.COVERED
+    assert coverage(design) is COVERAGE.get(name, Coverage.COVERED)
     assert [run for run in runs if not run.within_bounds] == []
     # They do try: an adversary that moved nothing would prove nothing.
     assert worst(runs, design.omega) > 0.05

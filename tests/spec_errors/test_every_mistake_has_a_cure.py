@@ -38,6 +38,7 @@ def parameters(test: object) -> list[object]:
 
 LISTED = cases_of("spec_errors/test_mistakes.py")
 THEOREM1 = cases_of("spec_errors/test_theorem1_files.py")
+NOMINAL = cases_of("spec_errors/test_nominal_files.py")
 FILES = cases_of("refusal/test_plant_files.py")
 TERMS = cases_of("unit/expressions/test_parse.py")
 
@@ -56,6 +57,7 @@ TEXTS = [
     *(LISTED.GOOD.replace(row[0], row[1]) for row in LISTED.SPOILED),
     *(LISTED.GOOD + row[0] + "\n" for row in LISTED.ADDED),
     *(THEOREM1.GOOD.replace(row[0], row[1]) for row in THEOREM1.REFUSED),
+    *(NOMINAL.GOOD.replace(row[0], row[1]) for row in NOMINAL.REFUSED),
     *(row[0] for row in parameters(FILES.test_what_is_no_plant_file_is_refused_at_its_place)),
     *(
         FILES.HEAD + f"dynamics:\n  x1:\n    f: {text}\n" + FILES.TAIL

@@ -262,7 +262,13 @@ ADDED = [
     ("actuator: {limit: 1, error: 1}", "11:29:1", "actuator.error", "1 is not below the limit", ""),
     ("synthesis: {method: theorem3}", "11:21:8", "synthesis.method", "no free stage", "unified"),
     ("synthesis: {method: theorm2}", "11:21:7", "synthesis.method", "one of unified", "theorem2?"),
-    ("synthesis: {center: nominal}", "11:21:7", "synthesis.center", "not available", ""),
+    (
+        "synthesis: {center: nominal, method: theorem2}",
+        "11:21:7",
+        "synthesis.center",
+        "theorem2 is proved for center performance",
+        "method: unified",
+    ),
     ("synthesis: {bounds: tight}", "11:21:5", "synthesis.bounds", "not available", ""),
     ("synthesis: {objective: period}", "11:24:6", "synthesis.objective", "not available", ""),
     (

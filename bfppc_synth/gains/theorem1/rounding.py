@@ -62,7 +62,9 @@ def round_theorem1(
             H = tuple(to_digits(h, digits, upward=1) for h in found[0].H[i])
             steps[i] = step = replace(step, H=H)
         if given.c is None and step.c > 0.0:
-            allowed = c_0 / (spare * power_growth(node.p, node.D, given.N))
+            growth = spare * power_growth(node.p, node.D, given.N)
+            # Exact measurement adds nothing to the power term, whatever c is.
+            allowed = c_0 / growth if growth > 0.0 else step.c
             steps[i] = step = replace(step, c=to_digits(min(step.c, allowed), digits, upward=-1))
         if given.gamma is None:
             gamma = _enough(judge, steps, i, c_0, digits)

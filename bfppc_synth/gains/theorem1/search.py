@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from bfppc_synth.bounds.theorem1 import evaluate_theorem1
@@ -59,9 +60,24 @@ def search_theorem1(
     ----------
     docs/theory.md sections 5 and 7.
     """
-    judge = Theorem1Judge(problem)
     if not problem.is_free:
-        return judge.evaluate(*_fixed(problem))
+        return Theorem1Judge(problem).evaluate(*_fixed(problem))
+    # Next to a power term that exact measurement makes free a local solver overlooks none at all.
+    flat = replace(
+        problem,
+        steps=tuple(replace(step, c=0.0) if step.c is None else step for step in problem.steps),
+    )
+    variants = (problem, flat) if flat.is_free and flat.steps != problem.steps else (problem,)
+    found = [_best(variant, progress) for variant in variants]
+    return min(
+        (candidate for candidate in found if candidate is not None),
+        key=lambda evaluation: evaluation.cost,
+        default=None,
+    )
+
+
+def _best(problem: Theorem1Problem, progress: Callable[[str], None]) -> Theorem1Evaluation | None:
+    judge = Theorem1Judge(problem)
     program = PositiveProgram(_Logs(problem))
     best: Theorem1Evaluation | None = None
     for number, ratio in enumerate(STARTS, start=1):

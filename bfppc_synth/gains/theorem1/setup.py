@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from bfppc_synth.bounds.performance import rho_rate
 from bfppc_synth.bounds.rounding import above
 from bfppc_synth.bounds.theorem1 import CONSTANT_NODES, SCHEDULE_NODES
 from bfppc_synth.bounds.true_starts import (
@@ -85,7 +86,7 @@ def theorem1_problem(
         majorants=majorants,
         center=theorem1_center(plant),
         noise=noise,
-        rate=above(rho_slope(spec)),
+        rate=above(rho_slope(spec) if printed else rho_rate(spec.performance.rho[0])),
         steps=steps,
         c_0=c_0,
         nodes=SCHEDULE_NODES if scheduled else CONSTANT_NODES,

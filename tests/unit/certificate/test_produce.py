@@ -93,11 +93,11 @@ def test_a_bound_that_breaks_down_leaves_no_document() -> None:
 
 def test_a_plant_that_the_checker_has_no_theorem_for_is_not_certified() -> None:
     plant = json.loads(json.dumps(EXAMPLE_1))
-    plant["plant"]["synthesis"] = {"method": "theorem3"}
+    plant["plant"]["synthesis"] = {"bounds": "tight"}
     made = produce.produce_certificate(plant, linear(40.0, 300.0), (0.15, 2.0), tool="test")
     answer = produce.judge(plant, made)
     assert answer.verdict is Verdict.UNDECIDED
-    assert "theorem3" in answer.failures[0]
+    assert "tight" in answer.failures[0]
 
 
 def test_the_other_form_of_the_last_inequality_is_taken_where_only_it_holds() -> None:

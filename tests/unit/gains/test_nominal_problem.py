@@ -74,12 +74,12 @@ def solved(problem):
         (
             {"reference": "{value: sin(t), bound: 1, rate: 1}"},
             "reference",
-            "bounds on y_d and its first 3 derivatives, and the file declares two",
+            "bounds on the reference and its first 3 derivatives, and the file dec",
         ),
         (
             {"reference": "{bounds: [1, 1, 1]}"},
             "reference.bounds",
-            "needs 4 bounds, on y_d and its first 3 derivatives, and there are 3",
+            "first 3 derivatives, 4 in all, and there are 3",
         ),
         ({"reference": "t"}, "reference", "cannot be enclosed over all t >= 0"),
         (

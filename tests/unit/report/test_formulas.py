@@ -119,3 +119,19 @@ def test_the_dynamics_show_known_parts_and_name_unknown_ones(design):
         r"\left|f_{1}\right| \le x_{1}^{2} + 1",
         r"\left|d_{1}\right| \le 0.1",
     )
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        ((321, 5000), "0.0642"),
+        ((-563862928348909623, 2 * 10**18), "-0.2819314641744548115"),
+        ((31234567890123456789123, 10**13), "3123456789.0123456789123"),
+        ((7 * 10**40 + 1, 1000), f"7{'0' * 37}.001"),
+        ((1, 2**20), r"9.5367431640625 \cdot 10^{-7}"),
+        ((1, 2**21), r"\frac{1}{2097152}"),
+        ((1, 3000), r"\frac{1}{3000}"),
+    ],
+)
+def test_a_fraction_is_shown_as_the_decimal_that_it_is_or_not_at_all(value, text):
+    assert expression_latex(sp.Rational(*value)) == text
