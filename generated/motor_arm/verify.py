@@ -4,13 +4,14 @@
     python verify.py DIR        checks DIR;  --json prints the answer as one JSON object
 
 It reads a plant (plant.json), gains and tube (certificate.json) and the controller's constants,
-derives every obligation of docs/theory.md sections 2 and 3 by itself and proves each one in
-outward rounded integer arithmetic. Nothing in the certificate is believed: proofs are hints
+derives every obligation of docs/theory.md sections 2 to 4, 7 and 8 by itself and proves each one
+in outward rounded integer arithmetic. Nothing in the certificate is believed: proofs are hints
 where to split a box, enclosures are compared with what is computed here. Exit code 0: proved;
 4: refuted (with a witness where there is one) or undecided (named); 2: malformed.
 
 Reading order: kernel (numbers), normal form and parser (expressions), tape (expressions over
-boxes), plant, reference, chain, obligations, verification, folder, command line.
+boxes), plant, reference, center nominal, chain, obligations, Theorems 1 and 3, verification,
+folder, law, command line.
 """
 
 from __future__ import annotations
@@ -28,9 +29,9 @@ import math
 import re
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import lru_cache
+from functools import lru_cache, reduce
 from pathlib import Path
 from typing import Any
 
@@ -96,6 +97,12 @@ def from_fraction(value: Fraction) -> Interval:
 def add(a: Interval, b: Interval) -> Interval:
     """Sum, exact."""
     return a[0] + b[0], a[1] + b[1]
+
+
+def total(terms: Iterable[Interval]) -> Interval:
+    """Sum of all, exact."""
+    ends = tuple(terms)
+    return sum(a[0] for a in ends), sum(a[1] for a in ends)
 
 
 def neg(a: Interval) -> Interval:
@@ -1066,11 +1073,7 @@ class Tape:
         if node.kind == "sym":
             return box[self._index[node.name]]
         if node.kind == "sum":
-            lo = hi = 0
-            for weight, arg in zip(node.weights, args, strict=True):
-                part = scale(weight, arg)
-                lo, hi = lo + part[0], hi + part[1]
-            return checked(lo, hi)
+            return checked(*total(map(scale, node.weights, args)))
         if node.kind == "prod":
             result = power(args[0], node.weights[0])
             for arg, e in zip(args[1:], node.weights[1:], strict=True):
@@ -1323,13 +1326,22 @@ class Rho:
     rate: Interval
 
 
+Fixed = tuple[tuple[str, Interval], ...]
+
+
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """A plant file as the theorems need it."""
+    """A plant file as the theorems need it.
+
+    ``fixed`` are the numbers that the design must keep, by the names of its constants; ``free``
+    counts the stages of theorem3 below the last one.
+    """
 
     name: str
     method: str
     anchor: str
+    handover: str
+    free: int
     states: tuple[str, ...]
     ranges: dict[str, Interval]
     channels: tuple[Channel, ...]
@@ -1344,7 +1356,9 @@ class Problem:
     delay: Interval
     actuator_error: Interval
     limit: Interval | None
-    fixed: tuple[tuple[str, Interval], ...]
+    fixed: Fixed
+    center: str
+    derivatives: tuple[Interval, ...]
 
 
 def fields(value: object, path: str, required: str, optional: str = "") -> dict[str, Any]:
@@ -1445,10 +1459,13 @@ def read_plant(document: object) -> Problem:
     if offset and reference is not None:
         raise MalformedError("initial.offset: only with a reference supplied at run time")
     rhos = each_state(performance, "rho", states, {"kind": "cosine", "t_s": "1"})
+    stages = _free_stages(synthesis)
     problem = Problem(
         name=_plant_name(plant["name"]),
         method=synthesis["method"],
         anchor=synthesis["anchor"],
+        handover=synthesis["handover"],
+        free=len(stages),
         states=states,
         ranges=ranges,
         channels=_channels(plant["dynamics"], states, names),
@@ -1463,12 +1480,61 @@ def read_plant(document: object) -> Problem:
         delay=at_least(0, sampling.get("delay", "0"), "sampling.delay"),
         actuator_error=at_least(0, actuator.get("error", "0"), "actuator.error"),
         limit=at_least(1, actuator["limit"], "actuator.limit") if "limit" in actuator else None,
-        fixed=_fixed(synthesis, states),
+        fixed=(
+            *_fixed(synthesis, states),
+            *_fixed_stages(stages, states),
+            *_fixed_duration(synthesis, performance),
+        ),
+        center=synthesis["center"],
+        derivatives=_derivatives(plant.get("reference", "0")),
     )
+    if problem.center == "nominal":
+        _check_nominal(problem)
     timing = (problem.period, problem.delay, problem.actuator_error)
     if problem.method == "theorem2" and any(a[1] for a in (*problem.delta, *timing)):
         raise MalformedError("theorem2 needs exact, continuous measurement and actuation")
+    if problem.method == "theorem1":
+        _check_theorem1(problem)
     return problem
+
+
+def _check_theorem1(problem: Problem) -> None:
+    """Want plant (1): dx_i = f_i + x_{i+1}, y_d = 0, one rho, continuous measurement."""
+    if any(a[1] for a in (problem.period, problem.delay, problem.actuator_error)):
+        raise MalformedError("theorem1 needs continuous measurement and exact actuation")
+    if problem.reference is None or problem.reference.text != "0" or problem.reference_bounds:
+        raise MalformedError("theorem1 needs the reference 0")
+    if any(rho != problem.rhos[0] for rho in problem.rhos):
+        raise MalformedError("theorem1 needs one rho for all states")
+    for channel, state in zip(problem.channels, problem.states, strict=True):
+        given = (channel.g, channel.g_bound, channel.g_min)
+        if any(node is not None and node.text != "1" for node in given):
+            raise MalformedError(f"theorem1 needs g = 1, also of {state}")
+
+
+def _check_nominal(problem: Problem) -> None:
+    """Want Theorem U with latched starts, and a reference whose derivatives are known."""
+    if problem.method != "unified" or problem.anchor != "latched":
+        raise MalformedError("center nominal needs method unified and anchor latched")
+    if problem.reference is not None and problem.reference_bounds is not None:
+        raise MalformedError("center nominal needs a reference without declared bounds")
+    needed = len(problem.states) + 2
+    if problem.reference is None and len(problem.derivatives) < needed:
+        raise MalformedError(f"reference.bounds: center nominal needs {needed} of them")
+
+
+def _derivatives(value: object) -> tuple[Interval, ...]:
+    """Bounds on y_d, dy_d, .. of a reference that is supplied at run time."""
+    if not isinstance(value, Mapping) or "bounds" not in value:
+        return ()
+    return tuple(at_least(0, bound, "reference.bounds") for bound in value["bounds"])
+
+
+def _fixed_duration(synthesis: Mapping[str, Any], performance: Mapping[str, Any]) -> Fixed:
+    """Read T_s where center nominal finds it in the file."""
+    if synthesis["center"] != "nominal" or "transition" not in performance:
+        return ()
+    return (("T_s", at_least(1, performance["transition"], "performance.transition")),)
 
 
 def _plant_name(value: object) -> str:
@@ -1497,14 +1563,15 @@ def _identifier(name: str, path: str) -> None:
 
 def _synthesis(value: object) -> dict[str, Any]:
     """Read the method; whatever this checker has no theorem for is refused."""
-    keys = "method form center bounds anchor objective gains p"
+    keys = "method form center bounds anchor objective gains p stages handover theorem1"
     synthesis = fields(value, "synthesis", "", keys)
     allowed = {
-        "method": ("unified", "theorem2"),
+        "method": ("unified", "theorem1", "theorem2", "theorem3"),
         "form": ("sound",),
-        "center": ("performance",),
+        "center": ("performance", "nominal"),
         "bounds": ("termwise",),
         "anchor": ("latched", "exact"),
+        "handover": ("reanchor", "containment"),
     }
     for key, values in allowed.items():
         synthesis[key] = text_of(synthesis.get(key, values[0]), f"synthesis.{key}")
@@ -1512,25 +1579,99 @@ def _synthesis(value: object) -> dict[str, Any]:
             raise MalformedError(
                 f"synthesis.{key}: {synthesis[key]!r} is not available in this version"
             )
+    if synthesis["method"] == "theorem1":
+        # Its errors are made of the true starts, whatever the file says.
+        synthesis["anchor"] = "exact"
     return synthesis
 
 
-def _fixed(synthesis: Mapping[str, Any], states: Sequence[str]) -> tuple[tuple[str, Interval], ...]:
+# What the plant file reader accepts and notes where the method does not use it: keys of gains.
+_GAINS = "k M epsilon c N gamma H H_star"
+_USED = {"theorem1": ("gamma", "c", "N")}
+_SHAPE = ("k", "M", "epsilon", "c", "N")
+_TALL = ("gamma", "H", "c", "N")
+_MOST_STAGES = 8
+_MOST_POWERS = 8
+
+
+def _fixed(synthesis: Mapping[str, Any], states: Sequence[str]) -> Fixed:
     """Collect the numbers that the file fixes, as (design key, value); N defaults to 3."""
     found: list[tuple[str, Interval]] = []
     gains = fields(synthesis.get("gains", {}), "synthesis.gains", "", " ".join(states))
     half_widths = fields(synthesis.get("p", {}), "synthesis.p", "", " ".join(states))
     for i, state in enumerate(states):
-        given = fields(gains.get(state, {}), f"gains.{state}", "", "k M epsilon c N")
+        given = fields(gains.get(state, {}), f"gains.{state}", "", _GAINS)
         given.setdefault("N", "3")
         found += [
             (f"{key}_{i + 1}", constant(given[key], f"gains.{state}.{key}"))
-            for key in ("k", "M", "epsilon", "c", "N")
+            for key in _USED.get(synthesis["method"], _SHAPE)
             if key in given
         ]
         if state in half_widths:
             found.append((f"p_{i + 1}", constant(half_widths[state], f"p.{state}")))
+        if synthesis["method"] == "theorem1" and "H" in given:
+            path = f"gains.{state}.H"
+            heights = [constant(h, path) for h in _list(given["H"], path, _MOST_POWERS)]
+            heights += [ZERO_I] * (_MOST_POWERS - len(heights))
+            found += [(f"H_{i + 1}_{j}", value) for j, value in enumerate(heights)]
+    if synthesis["method"] == "theorem1":
+        found += _fixed_rooms(synthesis.get("theorem1", {}), states, half_widths)
     return tuple(found)
+
+
+def _fixed_rooms(
+    value: object, states: Sequence[str], half_widths: Mapping[str, Any]
+) -> list[tuple[str, Interval]]:
+    """Read c_0 and the rooms eps_i of theorem1; a half-width that is fixed too wins."""
+    given = fields(value, "synthesis.theorem1", "", "c_0 epsilon H")
+    if given.get("H", "constant") not in ("constant", "scheduled"):
+        raise MalformedError("synthesis.theorem1.H: constant or scheduled is expected")
+    found = [("c_0", constant(given["c_0"], "theorem1.c_0"))] if "c_0" in given else []
+    rooms = fields(given.get("epsilon", {}), "theorem1.epsilon", "", " ".join(states[1:]))
+    return found + [
+        (f"room_{i + 1}", constant(rooms[state], f"theorem1.epsilon.{state}"))
+        for i, state in enumerate(states)
+        if state in rooms and state not in half_widths
+    ]
+
+
+def _free_stages(synthesis: Mapping[str, Any]) -> list[Any]:
+    """List the free stages of theorem3; the other methods do not use them."""
+    if synthesis["method"] != "theorem3":
+        return []
+    stages = _list(synthesis.get("stages", ()), "synthesis.stages", _MOST_STAGES)
+    if not stages:
+        raise MalformedError("synthesis.stages: theorem3 needs at least one free stage")
+    return stages
+
+
+def _fixed_stages(stages: Sequence[Any], states: Sequence[str]) -> Fixed:
+    """Collect every number of the free stages: absent gains are 0."""
+    found: list[tuple[str, Interval]] = []
+    names = " ".join(states)
+    for number, stage in enumerate(stages, start=1):
+        path = f"synthesis.stages.{number - 1}"
+        given = fields(stage, path, "p gains")
+        half_widths = fields(given["p"], f"{path}.p", names)
+        gains = fields(given["gains"], f"{path}.gains", names)
+        for i, state in enumerate(states):
+            place = f"{path}.gains.{state}"
+            gain = {"k": "0", "M": "0", "c": "0", "N": "3"}
+            gain |= fields(gains[state], place, "", " ".join(_SHAPE))
+            found += [
+                (f"stage{number}_{key}_{i + 1}", constant(gain[key], f"{place}.{key}"))
+                for key in _SHAPE
+                if key in gain
+            ]
+            width = constant(half_widths[state], f"{path}.p.{state}")
+            found.append((f"stage{number}_p_{i + 1}", width))
+    return tuple(found)
+
+
+def _list(value: object, path: str, most: int) -> list[Any]:
+    if not isinstance(value, (list, tuple)) or len(value) > most:
+        raise MalformedError(f"{path}: a list of at most {most} entries is expected")
+    return list(value)
 
 
 def _parameters(
@@ -1857,6 +1998,11 @@ def _waves(node: Node) -> list[Node]:
     return found
 
 
+def _divisor(rates: Sequence[Fraction]) -> Fraction:
+    bottom = math.lcm(*(q.denominator for q in rates))
+    return Fraction(math.gcd(*(int(q * bottom) for q in rates)), bottom)
+
+
 def phases(node: Node) -> tuple[Node, dict[str, Interval]]:
     """Replace a t + b inside sin and cos by phases, one for each class of frequencies.
 
@@ -1870,11 +2016,7 @@ def phases(node: Node) -> tuple[Node, dict[str, Interval]]:
         if found:
             classes.setdefault(found[0], []).append(found[1])
     kept = sorted(classes)[:3]
-    common = {}
-    for key in kept:
-        rates = classes[key]
-        bottom = math.lcm(*(q.denominator for q in rates))
-        common[key] = Fraction(math.gcd(*(int(q * bottom) for q in rates)), bottom)
+    common = {key: _divisor(classes[key]) for key in kept}
 
     def replace(part: Node) -> Node:
         if part.name in ("sin", "cos"):
@@ -1924,12 +2066,18 @@ def over_time(node: Node, ranges: Mapping[str, Interval], start: int) -> Extreme
 
 @dataclass(frozen=True, slots=True)
 class Center:
-    """r_1..r_n over all t and starts: enclosures of inf, sup and sup|dr|; a is the offset."""
+    """r_1..r_n over all t and starts: enclosures of inf, sup and sup|dr|; a is the offset.
+
+    ``moved`` bounds what ``switches`` handovers have added to r_1 (docs/theory.md section 8).
+    """
 
     low: tuple[Interval, ...]
     high: tuple[Interval, ...]
     rate: tuple[Interval, ...]
     offset: Interval
+    moved: Interval = ZERO_I
+    switches: int = 0
+    following: Following | None = None
 
     def size(self, i: int) -> Interval:
         """Return sup|r_i|."""
@@ -1938,21 +2086,11 @@ class Center:
 
 def performance_center(problem: Problem) -> Center:
     """Enclose r_1 = y_d + rho_1 a and r_i = rho_i x_i(0) (docs/theory.md sections 2 and 3)."""
-    latched = problem.anchor == "latched"
-    widening = problem.delta if latched else tuple(ZERO_I for _ in problem.delta)
-    starts = [
-        (start[0] - delta[1], start[1] + delta[1])
-        for start, delta in zip(problem.starts, widening, strict=True)
-    ]
-    bounds = problem.reference_bounds
+    starts, bounds = widened_starts(problem), problem.reference_bounds
     if problem.reference is not None:
-        y_0 = Tape(problem.reference, ("t",)).value((ZERO_I,))
-        offset = sub(starts[0], y_0)
-    elif problem.offset is not None:
-        reach = problem.offset[1] + widening[0][1]
-        offset = (-reach, reach)
+        offset = sub(starts[0], Tape(problem.reference, ("t",)).value((ZERO_I,)))
     else:
-        offset = sub(starts[0], (-bounds[0][1], bounds[0][1])) if bounds else starts[0]
+        offset = run_time_offset(problem, starts[0])
     rho = problem.rhos[0]
     reference = problem.reference if problem.reference is not None else NOTHING
     if bounds is not None:
@@ -1975,6 +2113,22 @@ def performance_center(problem: Problem) -> Center:
     return Center(tuple(lows), tuple(highs), tuple(rates), offset)
 
 
+def widened_starts(problem: Problem) -> list[Interval]:
+    """Every start that the center may have: with the latched anchor, that can be measured."""
+    if problem.anchor != "latched":
+        return list(problem.starts)
+    return [(a[0] - d[1], a[1] + d[1]) for a, d in zip(problem.starts, problem.delta, strict=True)]
+
+
+def run_time_offset(problem: Problem, start: Interval) -> Interval:
+    """Enclose r_1(0) - y_d(0) for a reference that is supplied at run time."""
+    if problem.offset is not None:
+        reach = problem.offset[1] + (problem.delta[0][1] if problem.anchor == "latched" else 0)
+        return -reach, reach
+    bound = problem.derivatives[0][1]
+    return sub(start, (-bound, bound))
+
+
 def _joint(base: Node, fade: Node, offset: Interval, end: Interval | None) -> Extremes:
     """Extremes of base + fade a over t >= 0 and a; from ``end`` on of base alone."""
     joint = combine([(1, base), (1, multiply([(fade, 1), (sym("a"), 1)]))])
@@ -1984,6 +2138,929 @@ def _joint(base: Node, fade: Node, offset: Interval, end: Interval | None) -> Ex
     # The two stretches overlap by the width of the enclosure of pi t_s.
     head = extremes(joint, {**ranges, "t": (0, end[1])})
     return merge(head, over_time(base, {}, end[0]))
+
+
+# ---------------------------------------------------------------------------------------------
+# 6b. Center nominal (docs/theory.md section 4): r_1 = y_d + b, r_{i+1} = (dr_i - f^_i) / g^_i,
+# v = r_{n+1}, by truncated Taylor series in t. A series is a list of coefficients x^(k) / k!; what
+# it does not list is 0. Coefficients are intervals, or intervals with the rounding error of
+# binary64: the recurrences are those of the generated code, sums and products in any order.
+
+Series = list[Any]
+
+
+class Exact:
+    """Numbers that are intervals."""
+
+    def input(self, value: Interval, error: int, size: int) -> Any:
+        """Take a number that is given."""
+        del error, size
+        return value
+
+    def settle(self, a: Any) -> Any:
+        """Take a number that the code stores: nothing is reordered across it."""
+        return a
+
+    def constant(self, value: Fraction) -> Any:
+        """Enclose a rational."""
+        return from_fraction(value)
+
+    def total(self, terms: Sequence[Any]) -> Any:
+        """Sum."""
+        return total(terms)
+
+    def mul(self, a: Any, b: Any) -> Any:
+        """Product."""
+        return mul(a, b)
+
+    def div(self, a: Any, b: Any) -> Any:
+        """Quotient."""
+        return div(a, b)
+
+    def power(self, a: Any, exponent: int) -> Any:
+        """Integer power, at least 1."""
+        return power(a, Fraction(exponent))
+
+    def call(self, name: str, a: Any) -> Any:
+        """Value of a function."""
+        return _call(name, (a,))
+
+
+class Rounded(Exact):
+    """Numbers (value, error, size): |computed - value| <= error, every partial sum <= size.
+
+    A sum of m terms in any order errs by m roundings of the sum of sizes, a product or quotient
+    by 1, a constant by 1, a function by 8 (a root as pow by 800); each count is doubled for what
+    is of second order.
+    """
+
+    def input(self, value: Interval, error: int, size: int) -> Any:
+        """Take a number that is given with an error."""
+        return value, error, size
+
+    def settle(self, a: Any) -> Any:
+        """Take a number that the code stores: its size is its own from here on."""
+        return a[0], a[1], absolute(a[0])[1] + a[1]
+
+    def constant(self, value: Fraction) -> Any:
+        """Enclose a rational and its conversion."""
+        found = from_fraction(value)
+        return self._made(found, 0, absolute(found)[1], 1)
+
+    @staticmethod
+    def _made(value: Interval, passed: int, size: int, count: int) -> Any:
+        if size > _BINARY64:
+            raise UndecidedError("a number beyond 2^1000: binary64 could overflow")
+        return value, passed + _ceil_shift(2 * count * size, 53) + 1, size
+
+    def total(self, terms: Sequence[Any]) -> Any:
+        """Sum."""
+        value = super().total([term[0] for term in terms])
+        passed, size = sum(term[1] for term in terms), sum(term[2] for term in terms)
+        return self._made(value, passed, size, len(terms))
+
+    def mul(self, a: Any, b: Any) -> Any:
+        """Product: |a b - a' b'| <= |a'| db + |b| da."""
+        passed = ((a[2] + a[1]) * b[1] + b[2] * a[1] >> P) + 1
+        size = ((a[2] + a[1]) * (b[2] + b[1]) >> P) + 1
+        return self._made(mul(a[0], b[0]), passed, size, 1)
+
+    def div(self, a: Any, b: Any) -> Any:
+        """Quotient: |a/b - a'/b'| <= (da + |a/b| db) / |b'|."""
+        value = div(a[0], b[0])
+        least = absolute((b[0][0] - b[1], b[0][1] + b[1]))[0]
+        if least <= 0 or b[0][0] < 0 < b[0][1]:
+            raise UndecidedError("division by an interval that contains 0")
+        passed = a[1] + (absolute(value)[1] * b[1] >> P) + 1
+        size = _ceil_div((a[2] + a[1]) << P, least)
+        return self._made(value, _ceil_div(passed << P, least), size, 1)
+
+    def power(self, a: Any, exponent: int) -> Any:
+        """Power as products: error and size of the product, value of the power."""
+        found = a
+        for _ in range(exponent - 1):
+            found = self.mul(found, a)
+        return power(a[0], Fraction(exponent)), found[1], found[2]
+
+    def call(self, name: str, a: Any) -> Any:
+        """Value of a function; its slope over the widened argument passes the error on."""
+        wide = (a[0][0] - a[1], a[0][1] + a[1])
+        value, far = _call(name, (a[0],)), _call(name, (wide,))
+        steep = absolute(_slope(name, wide, far))[1]
+        passed = (a[1] * steep >> P) + 1
+        size = absolute(far)[1]
+        return self._made(value, passed, size, 800 if name.startswith("root") else 8)
+
+
+class Sloped(Exact):
+    """Numbers (value, slopes): slopes over the whole box of starts; () means all are 0."""
+
+    def input(self, value: Interval, error: int, size: int) -> Any:
+        """Take a number that does not depend on the start."""
+        del error, size
+        return value, ()
+
+    def constant(self, value: Fraction) -> Any:
+        """Enclose a rational."""
+        return from_fraction(value), ()
+
+    @staticmethod
+    def _weighted(pairs: Sequence[tuple[Interval, tuple[Interval, ...]]]) -> Any:
+        """Sum of factor times slopes."""
+        found = [[mul(factor, slope) for slope in slopes] for factor, slopes in pairs if slopes]
+        return tuple(total(column) for column in zip(*found, strict=True))
+
+    def total(self, terms: Sequence[Any]) -> Any:
+        """Sum."""
+        value = super().total([term[0] for term in terms])
+        return value, self._weighted([(ONE_I, term[1]) for term in terms])
+
+    def mul(self, a: Any, b: Any) -> Any:
+        """Product."""
+        return mul(a[0], b[0]), self._weighted([(a[0], b[1]), (b[0], a[1])])
+
+    def div(self, a: Any, b: Any) -> Any:
+        """Quotient: (da - q db) / b."""
+        value, below = div(a[0], b[0]), div(ONE_I, b[0])
+        return value, self._weighted([(below, a[1]), (neg(mul(value, below)), b[1])])
+
+    def power(self, a: Any, exponent: int) -> Any:
+        """Integer power."""
+        steep = scale(Fraction(exponent), power(a[0], Fraction(exponent - 1)))
+        return power(a[0], Fraction(exponent)), self._weighted([(steep, a[1])])
+
+    def call(self, name: str, a: Any) -> Any:
+        """Value of a function."""
+        value = _call(name, (a[0],))
+        steep = _slope(name, a[0], value) if a[1] else ZERO_I
+        return value, self._weighted([(steep, a[1])])
+
+
+class Taylor:
+    """Series arithmetic over one kind of number, cut off after ``length`` coefficients."""
+
+    def __init__(self, numbers: Exact, length: int) -> None:
+        self.numbers, self.length = numbers, length
+        self.zero = numbers.constant(Fraction(0))
+        self.one = numbers.constant(Fraction(1))
+
+    def _scaled(self, weight: Fraction | int, a: Any) -> Any:
+        return a if weight == 1 else self.numbers.mul(self.numbers.constant(Fraction(weight)), a)
+
+    def _sum(self, terms: Sequence[Any]) -> Any:
+        if len(terms) < 2:
+            return terms[0] if terms else self.zero
+        return self.numbers.total(terms)
+
+    def combine(self, parts: Sequence[tuple[Fraction | int, Series]]) -> Series:
+        """Linear combination."""
+        count = min(self.length, max(len(a) for _, a in parts))
+        return [
+            self._sum([self._scaled(w, a[k]) for w, a in parts if k < len(a)]) for k in range(count)
+        ]
+
+    def mul(self, a: Series, b: Series) -> Series:
+        """Product."""
+        product = self.numbers.mul
+        return [
+            self._sum(
+                [product(a[j], b[k - j]) for j in range(max(0, k - len(b) + 1), min(k + 1, len(a)))]
+            )
+            for k in range(min(self.length, len(a) + len(b) - 1))
+        ]
+
+    def div(self, a: Series, b: Series) -> Series:
+        """Quotient q: a = q b, solved for one coefficient after the other."""
+        found: Series = []
+        for k in range(self.length if len(b) > 1 else min(len(a), self.length)):
+            carried = [
+                self._scaled(-1, self.numbers.mul(b[j], found[k - j]))
+                for j in range(1, min(k, len(b) - 1) + 1)
+            ]
+            top = self._sum([*carried, *a[k : k + 1]])
+            found.append(self.numbers.div(top, b[0]))
+        return found
+
+    def power(self, a: Series, exponent: int) -> Series:
+        """Integer power, at least 1; its value is the exact range of the power."""
+        found, square, left = [self.one], a[: self.length], exponent
+        while left:
+            found = self.mul(found, square) if left % 2 else found
+            left //= 2
+            square = self.mul(square, square) if left else square
+        return [self.numbers.power(a[0], exponent), *found[1:]]
+
+    def _integral(self, a: Series, factor: Series, k: int) -> Any:
+        """Coefficient k of the integral of factor a'."""
+        terms = [
+            self.numbers.mul(self._scaled(j, a[j]), factor[k - j])
+            for j in range(1, min(k, len(a) - 1) + 1)
+            if k - j < len(factor)
+        ]
+        return self.over(self._sum(terms), k)
+
+    def over(self, a: Any, k: int) -> Any:
+        """Return a / k."""
+        return a if k == 1 else self.numbers.div(a, self.numbers.constant(Fraction(k)))
+
+    def call(self, name: str, a: Series) -> Series:
+        """Series of a function from y' = F'(a) a'."""
+        a = a[: self.length]
+        found: Series = [self.numbers.call(name, a[0])]
+        orders = range(1, self.length if len(a) > 1 else 1)
+        if name in ("sin", "cos", "sinh", "cosh"):
+            partner = {"sin": "cos", "cos": "sin", "sinh": "cosh", "cosh": "sinh"}[name]
+            signs = {"sin": (1, -1), "cos": (-1, 1)}.get(name, (1, 1))
+            other = [self.numbers.call(partner, a[0])]
+            for k in orders:
+                up, down = self._integral(a, other, k), self._integral(a, found, k)
+                found.append(self._scaled(signs[0], up))
+                other.append(self._scaled(signs[1], down))
+        elif name == "exp":
+            for k in orders:
+                found.append(self._integral(a, found, k))
+        elif name in ("tan", "tanh"):
+            bend = 1 if name == "tan" else -1
+            for k in orders:
+                square = self.mul(found, found)
+                slope = self.combine([(1, [self.one]), (bend, square)])
+                found.append(self._integral(a, slope, k))
+        elif name in ("log", "atan", "asinh"):
+            below = a
+            if name != "log":
+                below = self.combine([(1, [self.one]), (1, self.power(a, 2))])
+            if name == "asinh":
+                below = self.root(below, 1, 2)
+            for k in orders:
+                found.append(self._quotient(a, below, found, k))
+        else:
+            raise UndecidedError(f"{name} has no series")
+        return found
+
+    def _quotient(self, a: Series, below: Series, found: Series, k: int) -> Any:
+        """Coefficient k of the y with below y' = a'."""
+        terms = [
+            self.numbers.mul(self._scaled(j, found[j]), below[k - j])
+            for j in range(max(1, k - len(below) + 1), k)
+        ]
+        carried = [self._scaled(-1, self.over(self._sum(terms), k))] if terms else []
+        return self.numbers.div(self._sum([*carried, *a[k : k + 1]]), below[0])
+
+    def root(self, a: Series, p: int, q: int) -> Series:
+        """a^(p/q) for a > 0: a w' = (p/q) a' w; a square root from a = w w."""
+        a = a[: self.length]
+        first = self.numbers.call(f"root{q}", a[0])
+        found: Series = [first if p == 1 else self.numbers.power(first, p)]
+        for k in range(1, self.length if len(a) > 1 else 1):
+            if q == 2:
+                terms = [self.numbers.mul(found[j], found[k - j]) for j in range(1, k)]
+                rest = self._sum([*(self._scaled(-1, term) for term in terms), *a[k : k + 1]])
+                found.append(self.numbers.div(rest, self._scaled(2, first)))
+                continue
+            terms = [
+                self.numbers.mul(self._scaled(Fraction(p * j, q) - (k - j), a[j]), found[k - j])
+                for j in range(1, min(k, len(a) - 1) + 1)
+            ]
+            bottom = self._scaled(k, a[0])
+            found.append(self.numbers.div(self._sum(terms), bottom))
+        return found
+
+    def slope(self, a: Series) -> Series:
+        """Return the derivative."""
+        return [self._scaled(k, a[k]) for k in range(1, min(len(a), self.length + 1))] or [
+            self.zero
+        ]
+
+    def evaluate(self, node: Node, values: Mapping[str, Series]) -> Series:
+        """Series of an expression; ``values`` also keeps what was evaluated before."""
+        known = dict(values)
+
+        def visit(part: Node) -> Series:
+            if part.text not in known:
+                args = [visit(arg) for arg in part.args]
+                if part.kind == "num":
+                    found = [self.numbers.constant(part.number)]
+                elif part.kind == "pi":
+                    found = [self._pi()]
+                elif part.kind == "sum":
+                    found = self.combine(list(zip(part.weights, args, strict=True)))
+                elif part.kind == "prod":
+                    pairs = zip(part.args, args, part.weights, strict=True)
+                    found = self._product([(self._factor(*pair, visit), pair[2]) for pair in pairs])
+                elif part.kind == "fun" and part.name.startswith("root"):
+                    found = self.root(args[0], 1, int(part.name[4:]))
+                elif part.kind == "fun":
+                    found = self.call(part.name, args[0])
+                else:
+                    raise UndecidedError(f"{part.text} has no series")
+                known[part.text] = found
+            return known[part.text]
+
+        return visit(node)
+
+    def _pi(self) -> Any:
+        return self.numbers.input(PI_I, _ceil_shift(PI_I[1], 52), PI_I[1])
+
+    def _factor(
+        self, node: Node, a: Series, e: Fraction, visit: Callable[[Node], Series]
+    ) -> Series:
+        """a^|e|; the code takes any power of a root but the square root in one step."""
+        if e.denominator > 1:
+            raise UndecidedError("an odd root has no series")
+        p = abs(e.numerator)
+        if p > 1 and _is_root(node) and node.name != "root2":
+            return self.root(visit(node.args[0]), p, int(node.name[4:]))
+        return a if p == 1 else self.power(a, p)
+
+    def _product(self, factors: Sequence[tuple[Series, Fraction]]) -> Series:
+        found, below = (
+            reduce(self.mul, [a for a, e in factors if (e > 0) == over] or [[self.one]])
+            for over in (True, False)
+        )
+        return found if all(e > 0 for _, e in factors) else self.div(found, below)
+
+
+IRREGULAR = ("abs", "sign", "min", "max", "signed")
+
+
+def is_regular(node: Node) -> bool:
+    """Whether a term may stand in f^ or g^: no kink, no jump, no odd root."""
+    if node.kind == "piece" or (node.kind == "fun" and node.name.startswith(IRREGULAR)):
+        return False
+    odd = node.kind == "prod" and any(e.denominator > 1 for e in node.weights)
+    return not odd and all(map(is_regular, node.args))
+
+
+@dataclass(frozen=True, slots=True)
+class Follower:
+    """The nominal plant: f^, g^; ``smooth`` is f with parameters, without ``left``.
+
+    ``guards`` must be positive all along the center.
+    """
+
+    states: tuple[str, ...]
+    f: tuple[Node, ...]
+    g: tuple[Node, ...]
+    smooth: tuple[Node, ...]
+    left: tuple[Node, ...]
+    duration: Fraction
+    guards: tuple[Node, ...]
+
+
+def follower(problem: Problem, duration: Fraction) -> Follower:
+    """Leave out of f what lacks the regularity, and take every parameter in its middle.
+
+    abs in a g is followed by the branch that it starts in; the guards say where that is right.
+    A g that is known by its bounds only is followed in their middle.
+    """
+    middle = {name: num(Fraction(lo + hi, 2 * ONE)) for name, (lo, hi) in problem.ranges.items()}
+    begin = {
+        state: num(Fraction(lo + hi, 2 * ONE))
+        for state, (lo, hi) in zip(problem.states, problem.starts, strict=True)
+    }
+    rows: list[tuple[Node, Node, Node, Node]] = []
+    guards: list[Node] = []
+    for channel, state in zip(problem.channels, problem.states, strict=True):
+        terms = [(Fraction(1), channel.f or NOTHING)]
+        if not is_regular(terms[0][1]):
+            terms = _expanded(terms[0][1])
+        kept = combine((w, a) for w, a in terms if is_regular(a))
+        rest = combine((w, a) for w, a in terms if not is_regular(a))
+        if channel.f is None:
+            rest = channel.f_bound or NOTHING
+        g = channel.g
+        if g is None:
+            ends = (channel.g_min or UNIT, channel.g_bound or UNIT)
+            g = combine((Fraction(1, 2), end) for end in ends)
+        g = _one_branch(substitute(g, middle), begin, guards)
+        if not is_regular(g):
+            raise UndecidedError(f"center nominal needs a g of {state} without kinks and jumps")
+        rows.append((substitute(kept, middle), g, kept, rest))
+    f, g_all, smooth, left = zip(*rows, strict=True)
+    return Follower(problem.states, f, g_all, smooth, left, duration, tuple(guards))
+
+
+def _one_branch(node: Node, begin: Mapping[str, Node], guards: list[Node]) -> Node:
+    """Replace abs(y) by y or -y, as y is at the middle start."""
+    args = [_one_branch(arg, begin, guards) for arg in node.args]
+    if node.name != "abs":
+        return rebuild(node, args)
+    side = 1 if Tape(substitute(args[0], begin), ()).value(())[0] > 0 else -1
+    guards.append(combine([(side, args[0])]))
+    return guards[-1]
+
+
+def _expanded(node: Node) -> list[tuple[Fraction, Node]]:
+    """List the terms of a sum; a product with sums in it is multiplied out."""
+    if node.kind == "sum":
+        return [
+            (weight * inner, part)
+            for weight, arg in zip(node.weights, node.args, strict=True)
+            for inner, part in _expanded(arg)
+        ]
+    if node.kind == "prod":
+        factors = list(zip(node.args, node.weights, strict=True))
+        sums = [a for a, e in factors if e == 1 and a.kind == "sum"]
+        if sums:
+            rest = [(a, e) for a, e in factors if a is not sums[0]]
+            parts = [
+                (weight, multiply([*rest, (a, 1)]))
+                for weight, a in zip(sums[0].weights, sums[0].args, strict=True)
+            ]
+            return [(weight * w, a) for weight, part in parts for w, a in _expanded(part)]
+    return [(Fraction(1), node)]
+
+
+def follow_nominal(model: Follower, taylor: Taylor, first: Series) -> list[Series]:
+    """r_1..r_n and v from the series of r_1."""
+    found, values = [first], {}
+    for i, (f, g) in enumerate(zip(model.f, model.g, strict=True)):
+        inner = Taylor(taylor.numbers, taylor.length - 1 - i)
+        values[model.states[i]] = found[i]
+        ahead = inner.slope(found[i])
+        if f.text != "0":
+            ahead = inner.combine([(1, ahead), (-1, inner.evaluate(f, values))])
+        if g.text != "1":
+            ahead = inner.div(ahead, inner.evaluate(g, values))
+        found.append([taylor.numbers.settle(a) for a in ahead])
+    return found
+
+
+def lead_in(
+    model: Follower, numbers: Exact, start: Sequence[Any], y: Series, offset: Any = None
+) -> Series:
+    """Q_0..Q_{n-1} of b = (1 - s)^(n+2) Q(s), s = t / T_s, from the latched start.
+
+    x_1^(j)(0) follow from x_i' = f^_i + g^_i x_{i+1}; minus those of y_d they are b^(j)(0). Q is
+    the part below s^n of (1 - s)^-(n+2) sum b^(j)(0) / j! (T_s s)^j: n conditions at 0 and n+2
+    at 1 determine the polynomial of degree 2n+1, and this one fulfils them.
+    """
+    n = len(start)
+    x: list[Series] = [[value] for value in start]
+    for k in range(n - 1):
+        taylor = Taylor(numbers, k + 1)
+        values = dict(zip(model.states, x, strict=True))
+        rates = []
+        for i in range(n - 1 - k):
+            rate = taylor.mul(taylor.evaluate(model.g[i], values), x[i + 1])
+            rates.append(taylor.combine([(1, taylor.evaluate(model.f[i], values)), (1, rate)]))
+        for i, rate in enumerate(rates):
+            value = rate[k] if k < len(rate) else taylor.zero
+            x[i] = [*x[i], taylor.over(value, k + 1)]
+    taylor, t_s = Taylor(numbers, n), numbers.constant(model.duration)
+    scaled = taylor.combine([(1, x[0]), (-1, y)])
+    scaled += [taylor.zero] * (n - len(scaled))
+    if offset is not None:
+        scaled[0] = offset
+    for j in range(1, n):
+        for _ in range(j):
+            scaled[j] = numbers.mul(scaled[j], t_s)
+    weights = [[math.comb(n + 1 + m - j, m - j) for j in range(m + 1)] for m in range(n)]
+    return [
+        numbers.settle(
+            numbers.total(
+                [numbers.mul(numbers.constant(Fraction(w)), scaled[j]) for j, w in enumerate(row)]
+            )
+        )
+        for row in weights
+    ]
+
+
+def fade(model: Follower, taylor: Taylor, weights: Series, t: Any) -> Series:
+    """Series of b in t, for t in [0, T_s]."""
+    numbers, n = taylor.numbers, len(weights)
+    t_s = numbers.constant(model.duration)
+    s = numbers.div(t, t_s)
+    step = numbers.div(taylor.one, t_s)
+    rest = numbers.settle(
+        numbers.total([taylor.one, numbers.mul(numbers.constant(Fraction(-1)), s)])
+    )
+    fall = taylor.power([rest, numbers.mul(numbers.constant(Fraction(-1)), step)], n + 2)
+    total: Series = [weights[-1]]
+    for weight in reversed(weights[:-1]):
+        total = taylor.combine([(1, taylor.mul(total, [s, step])), (1, [weight])])
+    return [numbers.settle(a) for a in taylor.mul(fall, total)]
+
+
+_SLICES = 256  # of [0, T_s], and of one period of the reference
+
+
+class Trajectory:
+    """The center over stretches of time, for every declared start."""
+
+    def __init__(self, problem: Problem, duration: Fraction) -> None:
+        self.problem, self.n = problem, len(problem.states)
+        self.model = follower(problem, duration)
+        if problem.reference is not None and not is_regular(problem.reference):
+            raise UndecidedError("center nominal needs a reference without kinks and jumps")
+        # One coefficient beyond dv centers it, where the reference has that derivative.
+        self.length = self.n + (2 if problem.reference is None else 3)
+
+    def latched(self, numbers: Exact, start: Sequence[Any], offset: Any = None) -> Series:
+        """Q_0..Q_{n-1} from q(x(0)); ``offset`` is q(x_1(0)) - y_d(0) where y_d is unknown."""
+        y = self.reference(numbers, numbers.constant(Fraction(0)), self.n)
+        return lead_in(self.model, numbers, start, y, offset)
+
+    def reference(self, numbers: Exact, t: Any, length: int) -> Series:
+        """Series of y_d; one that is supplied at run time is anything within its bounds."""
+        if self.problem.reference is not None:
+            taylor = Taylor(numbers, length)
+            return taylor.evaluate(self.problem.reference, {"t": [t, taylor.one]})
+        sizes = [
+            scale(Fraction(1, math.factorial(k)), bound)[1]
+            for k, bound in enumerate(self.problem.derivatives[:length])
+        ]
+        return [numbers.input((-size, size), 0, size) for size in sizes]
+
+    def series(
+        self, numbers: Exact, t: Any, weights: Series | None, y: Series | None = None
+    ) -> list[Series]:
+        """Series of r_1..r_n and v; without weights b is over."""
+        length = self.length if y is None else max(len(y), self.n + 1)
+        taylor = Taylor(numbers, length)
+        first = self.reference(numbers, t, length) if y is None else y
+        if weights is not None:
+            first = taylor.combine([(1, first), (1, fade(self.model, taylor, weights, t))])
+        first = [numbers.settle(a) for a in first]
+        return follow_nominal(self.model, taylor, first)
+
+    def at(
+        self,
+        time: Fraction,
+        start: Sequence[float],
+        references: tuple[Sequence[float], Sequence[float]] | None,
+    ) -> tuple[list[Interval], Interval]:
+        """Enclose r_1..r_n and v at one time after one latched start.
+
+        references are y_d, dy_d, .. at this time and at the latch, where they are passed in.
+        """
+        x = [from_fraction(Fraction(value)) for value in start]
+        now, first = None, self.reference(Exact(), ZERO_I, self.n)
+        if references is not None:
+            now, first = (
+                [
+                    scale(Fraction(1, math.factorial(k)), from_fraction(Fraction(value)))
+                    for k, value in enumerate(given)
+                ]
+                for given in references
+            )
+        else:
+            now = self.reference(Exact(), from_fraction(time), self.n + 1)
+        weights = None
+        if time < self.model.duration:
+            weights = lead_in(self.model, Exact(), x, first[: self.n])
+        found = self.series(Exact(), from_fraction(time), weights, now)
+        return [a[0] for a in found[:-1]], found[-1][0]
+
+    def stretches(self, cells: int) -> list[Stretch]:
+        """Cut all t >= 0: [0, T_s] where b acts, then what the reference does for ever."""
+        start, end = from_fraction(self.model.duration)
+        node = self.problem.reference
+        found = [Stretch(cell, fading=True) for cell in _cut(0, end, cells)]
+        if node is None or "t" not in symbols(node):
+            return [*found, Stretch((start, end), fading=False, latest=end)]
+        phased, turns = phases(node)
+        if "t" not in symbols(phased) and len(turns) == 1:
+            length = div((2 * PI_I[0], 2 * PI_I[1]), _turning(node))[1]
+            cut = _cut(start, end + length, cells)
+            return [*found, *(Stretch(cell, fading=False, latest=_LATEST) for cell in cut)]
+        settled = _settled(node, self.length, max(end, self.problem.delay[1]))
+        width = settled.start - start
+        if settled.speed[1]:
+            turn = div((2 * PI_I[0], 2 * PI_I[1]), settled.speed)[1]
+            cut = _cut(start, settled.start, min(8 * cells, cells * (1 + width // turn)))
+        else:
+            cut = _cut(start, settled.start, cells)
+        rest = _cut(0, 2 * PI_I[1], cells) if settled.speed[1] else [ZERO_I]
+        return [
+            *found,
+            *(Stretch(cell, fading=False, latest=cell[1]) for cell in cut),
+            *(Stretch(cell, fading=False, latest=_LATEST, settled=settled) for cell in rest),
+        ]
+
+
+_LATEST = 10**6 * ONE  # what the controller accepts: 1e6 s after its first sample
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """Times t, at most ``latest`` where they stand for later periods too.
+
+    If ``settled``, t is the phase of all times from settled.start on.
+    """
+
+    t: Interval
+    fading: bool
+    latest: int = 0
+    settled: _Settled | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Settled:
+    """A reference for t >= start as y_k(phase, rest): series coefficients, the rest in intervals.
+
+    The phase turns with ``speed``. ``turned`` are the derivatives by the phase. ``errors`` and
+    ``sizes`` bound rounding and partial sums of every coefficient in binary64.
+    """
+
+    start: int
+    speed: Interval
+    values: tuple[Tape, ...]
+    turned: tuple[Tape, ...]
+    boxes: tuple[Box, ...]
+    errors: tuple[int, ...]
+    sizes: tuple[int, ...]
+
+    def series(self, numbers: Exact, phase: Interval) -> Series:
+        """Coefficients k over a phase interval, hulled with the slope of k - 1 by the phase.
+
+        With these any later coefficient contains what the phase alone changes in time, the
+        rest being held: the mean value theorem may be used in the phase.
+        """
+        found: Series = []
+        for k, (tape, box) in enumerate(zip(self.values, self.boxes, strict=True)):
+            value = tape.value((phase, *box))
+            if k:
+                slope = self.turned[k - 1].value((phase, *self.boxes[k - 1]))
+                value = hull(value, scale(Fraction(1, k), mul(self.speed, slope)))
+            size = max(self.sizes[k], absolute(value)[1])
+            found.append(numbers.input(value, self.errors[k], size))
+        return found
+
+
+def _settled(node: Node, length: int, least: int) -> _Settled:
+    """Find a time from which on what has no phase of its own hardly moves any more."""
+    nodes = [node]
+    while len(nodes) < length:
+        nodes.append(combine([(Fraction(1, len(nodes)), derivative(nodes[-1], "t"))]))
+    parts = [phases(part) for part in nodes]
+    arguments = [sorted({wave.text for wave in _waves(part)}) for part in nodes]
+    inner = [{text[4:-1] for text in found} for found in arguments]
+    if any(len(turns) > 1 for _, turns in parts) or any(a not in (inner[0], set()) for a in inner):
+        raise UndecidedError("center nominal needs a reference with one period in the end")
+    reason = ""
+    start = max(least, ONE)
+    for _ in range(12):
+        try:
+            tails = [Tail(start, turns) for _, turns in parts]
+            rest = [tail.abstract(part) for tail, (part, _) in zip(tails, parts, strict=True)]
+        except UndecidedError as error:
+            reason = str(error)
+        else:
+            boxes = [
+                {name: value for name, value in tail.ranges.items() if name != "#p0"}
+                for tail in tails
+            ]
+            moves = max((b[1] - b[0] for box in boxes for b in box.values()), default=0)
+            if moves < ONE >> 20:
+                break
+        start *= 2
+    else:
+        raise UndecidedError(f"center nominal needs a reference that settles: {reason}")
+    speed = _turning(node) if parts[0][1] else ZERO_I
+    turned = [derivative(part, "#p0") for part in rest]
+    names = [["#p0", *box] for box in boxes]
+    errors, sizes = [0] * length, [0] * length
+    numbers = Rounded()
+    while start < _LATEST:
+        later = min(2 * start, _LATEST)
+        taylor = Taylor(numbers, length)
+        t = numbers.input((start, later), _ceil_shift(later, 53), later)
+        for k, a in enumerate(taylor.evaluate(node, {"t": [t, taylor.one]})):
+            errors[k], sizes[k] = max(errors[k], a[1]), max(sizes[k], a[2])
+        start = later
+    begin = tails[0].start[0]
+    return _Settled(
+        begin,
+        speed,
+        tuple(Tape(part, own) for part, own in zip(rest, names, strict=True)),
+        tuple(Tape(part, own) for part, own in zip(turned, names, strict=True)),
+        tuple(tuple(box.values()) for box in boxes),
+        tuple(errors),
+        tuple(sizes),
+    )
+
+
+def _rate(a: Series) -> Interval:
+    return a[1] if len(a) > 1 else ZERO_I
+
+
+def _meet(a: Interval, b: Interval) -> Interval:
+    return max(a[0], b[0]), min(a[1], b[1])
+
+
+def _cut(start: int, end: int, count: int) -> list[Interval]:
+    ends = [start + (end - start) * j // count for j in range(count + 1)]
+    return list(itertools.pairwise(ends))
+
+
+def _turning(node: Node) -> Interval:
+    """Enclose K g: the phase of ``phases`` is K g t, for waves of one class."""
+    found = filter(None, (_frequency(wave.args[0]) for wave in _waves(node)))
+    rates = [(weight, rest) for _, weight, rest, _ in found]
+    common = _divisor([weight for weight, _ in rates])
+    speed = absolute(scale(common, Tape(rates[0][1], ()).value(())))
+    if speed[0] <= 0:
+        raise UndecidedError("a wave that hardly turns")
+    return speed
+
+
+class _Starts:
+    """All latched starts: as a box with slopes, and its middle."""
+
+    def __init__(self, path: Trajectory) -> None:
+        problem = path.problem
+        box = widened_starts(problem)
+        if problem.reference is None:
+            box.append(run_time_offset(problem, box[0]))
+        middle = [((lo + hi) >> 1,) * 2 for lo, hi in box]
+        self.reach = [sub(a, b) for a, b in zip(box, middle, strict=True) if a[0] < a[1]]
+        wide = [k for k, a in enumerate(box) if a[0] < a[1]]
+        self.numbers = Sloped()
+        seeds = [
+            (a, tuple(ONE_I if k == j else ZERO_I for j in wide) if k in wide else ())
+            for k, a in enumerate(box)
+        ]
+        self.weights = path.latched(self.numbers, seeds[: path.n], *seeds[path.n :])
+        self.middle = path.latched(Exact(), middle[: path.n], *middle[path.n :])
+
+    def moved(self, a: Any) -> Interval:
+        """Return what a number can differ from its value at the middle start."""
+        return total(map(mul, a[1], self.reach))
+
+
+def _centered(path: Trajectory, starts: _Starts, stretch: Stretch) -> tuple[list[Interval], ...]:
+    """Enclose r_1..r_n, v over a stretch of time, their rates, and both at one point of it.
+
+    Values are met with the mean value form around middle time and start, rates too where the
+    series has the second derivative.
+    """
+    t, settled, numbers = stretch.t, stretch.settled, starts.numbers
+    middle = ((t[0] + t[1]) >> 1,) * 2
+    moved = sub(t, middle)
+    if settled is None:
+        weights = (starts.weights, starts.middle) if stretch.fading else (None, None)
+        whole = path.series(numbers, numbers.input(t, 0, 0), weights[0])
+        point = path.series(Exact(), middle, weights[1])
+    else:
+        moved = div(moved, settled.speed) if settled.speed[1] else ZERO_I
+        whole = path.series(numbers, None, None, settled.series(numbers, t))
+        point = path.series(Exact(), None, None, settled.series(Exact(), middle))
+    values, rates = [], []
+    for a, b in zip(whole, point, strict=True):
+        slope = a[1] if len(a) > 1 else (ZERO_I, ())
+        rate = slope[0]
+        if path.problem.reference is not None:
+            bent = scale(Fraction(2), a[2][0]) if len(a) > 2 else ZERO_I
+            near = add(add(_rate(b), mul(bent, moved)), starts.moved(slope))
+            rate = _meet(rate, near)
+        rates.append(rate)
+        # By the phase alone only what the series itself gives is known to be the slope.
+        steep = rate if settled is None else slope[0]
+        near = add(add(b[0], mul(steep, moved)), starts.moved(a[0]))
+        values.append(_meet(a[0][0], near))
+    return values, rates, [b[0] for b in point], [_rate(b) for b in point]
+
+
+class _ModelError:
+    """Bounds on d_i = f + g r_next - dr_i: along the center, and away from it.
+
+    Along the center it is F(r; th) - F(r; nominal) with F = f + g r_next, at most the sum over
+    the parameters of sup|dF/dth| times half the range; away from it F(x; th) - F(r; th) is at
+    most the sum over the states of sup|dF/dx_j| xi_j (mean value theorem, th fixed).
+    """
+
+    def __init__(self, problem: Problem, model: Follower, i: int) -> None:
+        self.i, self.ranges, states = i, problem.ranges, problem.states[: i + 1]
+        names = [*states, "#next", *problem.ranges]
+        ahead = multiply([(problem.channels[i].g or NOTHING, 1), (sym("#next"), 1)])
+        whole = combine([(1, model.smooth[i]), (1, ahead)])
+        self.unknown = [
+            (Tape(derivative(whole, name), names), ((hi - lo) >> 1) + 1)
+            for name, (lo, hi) in problem.ranges.items()
+            if name in symbols(whole)
+        ]
+        self.slopes = [Tape(derivative(whole, state), names) for state in states]
+
+    def along(self, r: Sequence[Interval]) -> Interval:
+        """Bound the effect of the parameters for r_1..r_n, v in these intervals."""
+        box = (*r[: self.i + 2], *self.ranges.values())
+        return total(mul(absolute(tape.value(box)), (d, d)) for tape, d in self.unknown)
+
+    def away(self, x: Sequence[Interval], ahead: Interval, xi: Sequence[Interval]) -> Interval:
+        """Bound the effect of the deviation from the center, x_1..x_i in these intervals."""
+        box = (*x, ahead, *self.ranges.values())
+        pairs = zip(self.slopes, xi, strict=True)
+        return total(mul(absolute(tape.value(box)), reach) for tape, reach in pairs)
+
+
+class _Survey:
+    """Suprema along the center: of -r_i, -v, r_i, v, of the rates, and of the model errors.
+
+    Stretches that may hold one of them are cut in two as long as that lowers the bounds.
+    """
+
+    def __init__(self, path: Trajectory) -> None:
+        self.path, self.starts = path, _Starts(path)
+        problem = path.problem
+        self.errors = tuple(_ModelError(problem, path.model, i) for i in range(path.n))
+        self.guards = [Tape(guard, problem.states) for guard in path.model.guards]
+        self.early = ZERO_I
+        judged = [(stretch, self._judge(stretch)) for stretch in path.stretches(_SLICES)]
+        self.found = _largest([bounds for _, bounds in judged])
+        for _ in range(3):
+            judged, last = self._cut(judged), self.found
+            self.found = _largest([bounds for _, bounds in judged])
+            pairs = zip(last, self.found, strict=True)
+            if all(a[1] - b[1] <= abs(b[1]) >> 13 for a, b in pairs):
+                break
+
+    def _judge(self, stretch: Stretch) -> list[Interval]:
+        """Enclose each supremum over a stretch: from below at a point, from above."""
+        values, rates, points, slopes = _centered(self.path, self.starts, stretch)
+        if any(guard.value(tuple(values[:-1]))[0] <= 0 for guard in self.guards):
+            raise UndecidedError("an abs in some g may change its branch along the center")
+        pairs = list(zip(points, values, strict=True))
+        found = [(-b[1], -a[0]) for b, a in pairs] + [(b[0], a[1]) for b, a in pairs]
+        pairs = list(zip(slopes, rates, strict=True))
+        found += [(absolute(b)[0], absolute(a)[1]) for b, a in pairs]
+        found += [(e.along(points)[0], e.along(values)[1]) for e in self.errors]
+        late = self.path.problem.delay[1]
+        if late and stretch.settled is None and stretch.t[0] <= late:
+            # The middle of the stretch may be later than the delay.
+            self.early = 0, max(self.early[1], absolute(values[-1])[1])
+        return found
+
+    def _cut(self, judged: list[tuple[Stretch, list[Interval]]]) -> list[Any]:
+        kept: list[Any] = []
+        for stretch, bounds in judged:
+            pairs = zip(bounds, self.found, strict=True)
+            if all(
+                a[1] < b[1] - (abs(b[1]) >> 10) or b[1] - b[0] <= abs(b[1]) >> 13 for a, b in pairs
+            ):
+                kept.append((stretch, bounds))
+                continue
+            for part in _halved(stretch):
+                inner = self._judge(part)
+                pairs = zip(inner, bounds, strict=True)
+                kept.append((part, [(a[0], min(a[1], b[1])) for a, b in pairs]))
+        return kept
+
+
+def _halved(stretch: Stretch) -> list[Stretch]:
+    cut = (stretch.t[0] + stretch.t[1]) >> 1
+    ends = ((stretch.t[0], cut), (cut, stretch.t[1]))
+    return [Stretch(t, stretch.fading, stretch.latest, stretch.settled) for t in ends]
+
+
+def _largest(bounds: Sequence[Sequence[Interval]]) -> list[Interval]:
+    return [_call("max", column) for column in zip(*bounds, strict=True)]
+
+
+def nominal_center(problem: Problem, duration: Fraction) -> Center:
+    """Enclose the center, v and the model error along them over all t and starts."""
+    path = Trajectory(problem, duration)
+    survey, n = _Survey(path), path.n
+    least, most = survey.found[: n + 1], survey.found[n + 1 : 2 * n + 2]
+    rates, unknown = survey.found[2 * n + 2 : 3 * n + 3], survey.found[3 * n + 3 :]
+    following = Following(path, survey.errors, tuple(unknown), rates[n], survey.early)
+    return Center(
+        tuple(neg(a) for a in least), tuple(most), tuple(rates[:n]), ZERO_I, following=following
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Following:
+    """What a center has that the nominal plant can follow; low and high end with those of v."""
+
+    path: Trajectory
+    errors: tuple[_ModelError, ...]
+    unknown: tuple[Interval, ...]
+    v_rate: Interval
+    v_start: Interval
+
+    def rounding(self, cells: int = 64) -> list[int]:
+        """Bound the rounding of r_1..r_n and v in binary64, up to 1e6 s after the start."""
+        problem, numbers = self.path.problem, Rounded()
+        starts = [numbers.input(a, 0, absolute(a)[1]) for a in widened_starts(problem)]
+        offset = None
+        if problem.reference is None:
+            reach = run_time_offset(problem, starts[0][0])
+            # The code subtracts y_d(0): one rounding, which a sum counts.
+            offset = numbers.total([numbers.input(reach, 0, absolute(reach)[1])])
+        weights = self.path.latched(numbers, starts, offset)
+        worst = [0] * (self.path.n + 1)
+        for stretch in self.path.stretches(cells):
+            # t - t_0 is rounded once; a period later the same point has a larger t.
+            t, latest = stretch.t, max(stretch.latest, stretch.t[1])
+            if stretch.settled is not None:
+                y = stretch.settled.series(numbers, t)
+                found = self.path.series(numbers, None, None, y)
+            else:
+                time = numbers.input(t, _ceil_shift(latest, 53), latest)
+                found = self.path.series(numbers, time, weights if stretch.fading else None)
+            worst = [max(error, a[0][1]) for error, a in zip(worst, found, strict=True)]
+        return worst
 
 
 # ---------------------------------------------------------------------------------------------
@@ -2001,8 +3078,14 @@ class Gain:
     c: Fraction
     N: int
 
-    def phi(self, e: Interval) -> Interval:
-        """Range of phi: every term is nondecreasing."""
+    @property
+    def powers(self) -> int:
+        """Degree in rho of the linear term's factor."""
+        return 0
+
+    def phi(self, e: Interval, rho: Interval = ONE_I) -> Interval:
+        """Range of phi, which does not depend on rho: every term is nondecreasing."""
+        del rho
         total = add(scale(self.k, e), scale(self.c, power(e, Fraction(self.N))))
         if self.M:
             total = add(total, scale(self.M, tanh(scale(self.M / self.epsilon, e))))
@@ -2035,15 +3118,12 @@ class Gain:
         """
         s = sym("s")
         slope: list[tuple[Fraction, Node]] = [(self.k, UNIT)]
-        value: list[tuple[Fraction, Node]] = [(self.k, s)]
         if self.M:
             bent = function("tanh", (combine([(self.M / self.epsilon, s)]),))
             flat = minus(UNIT, multiply([(bent, 2)]))
             slope.append((self.M * self.M / self.epsilon, flat))
-            value.append((self.M, bent))
         slope.append((self.c * self.N, multiply([(s, self.N - 1)])))
-        value.append((self.c, multiply([(s, self.N)])))
-        pull = combine([(1, sym("ahead")), *value])
+        pull = combine([(1, sym("ahead")), (1, self.of(s))])
         form = multiply(
             [
                 (combine(slope), 1),
@@ -2056,6 +3136,104 @@ class Gain:
         for part in (ahead, gain, load):
             shrink = min(shrink, (part[0] << P) // part[1] if part[1] > 0 else ONE)
         return mul((top[0], top[1]), (mul((shrink, shrink), (shrink, shrink))[0], ONE))
+
+    def of(self, e: Node) -> Node:
+        """Phi of an expression."""
+        terms = [(self.k, e), (self.c, multiply([(e, self.N)]))]
+        if self.M:
+            terms.append((self.M, function("tanh", (combine([(self.M / self.epsilon, e)]),))))
+        return combine(terms)
+
+    def jump(self, shift: Interval, earlier: Gain, reach: Interval) -> Interval:
+        """Delta of section 8: sup |phi(e + d) - phi_earlier(e)|, |e| <= reach, |d| <= shift.
+
+        Both are odd, so the modulus is reached with a positive sign, and phi increases, so
+        d = shift: one dimension is left. The lower end allows for the width of the shift.
+        """
+        e, d = sym("e"), sym("d")
+        moved = combine([(1, e), (1, d)]) if shift[1] else e
+        tape = Tape(minus(self.of(moved), earlier.of(e)), ("d", "e"))
+        low, high = supremum(tape, ((shift[1],) * 2, (-reach[1], reach[1])))
+        slack = (shift[1] - shift[0], reach[1] - reach[0])
+        steep = [gain.slope_at_most(add(reach, shift))[1] for gain in (self, earlier)]
+        lost = mul((slack[0] + slack[1],) * 2, (sum(steep),) * 2)[1]
+        return max(0, low - lost), max(0, high)
+
+
+@dataclass(frozen=True, slots=True)
+class Tall:
+    """phi(e) = gamma H(rho) e + c e^N of Theorem 1, exact.
+
+    ``H`` are coefficients >= 0, the constant first: H and its slope are nondecreasing in rho.
+    At rho = 1 it is the steepest, a ``Gain`` with k = gamma H(1).
+    """
+
+    gamma: Fraction
+    H: tuple[Fraction, ...]
+    c: Fraction
+    N: int
+
+    @property
+    def powers(self) -> int:
+        """Degree of H."""
+        return len(self.H) - 1
+
+    @property
+    def k(self) -> Fraction:
+        """The linear gain at rho = 1."""
+        return self.gamma * sum(self.H)
+
+    @property
+    def M(self) -> Fraction:
+        """There is no tanh."""
+        return Fraction(0)
+
+    @property
+    def epsilon(self) -> Fraction:
+        """There is no tanh to scale."""
+        return Fraction(1)
+
+    def steepest(self) -> Gain:
+        """Return phi at rho = 1."""
+        return Gain(self.k, self.M, self.epsilon, self.c, self.N)
+
+    def height(self, rho: Interval) -> Interval:
+        """H(rho) by Horner's rule."""
+        return _horner(self.H, rho)
+
+    def bend(self, rho: Interval) -> Interval:
+        """H'(rho)."""
+        return _horner([j * h for j, h in enumerate(self.H)][1:], rho)
+
+    def phi(self, e: Interval, rho: Interval = ONE_I) -> Interval:
+        """Range of phi."""
+        linear = mul(scale(self.gamma, self.height(rho)), e)
+        return add(linear, scale(self.c, power(e, Fraction(self.N))))
+
+    def slope_at_most(self, p: Interval, rho: Interval = ONE_I) -> Interval:
+        """L: phi' at the corner e = p, where it is largest."""
+        curved = scale(self.c * self.N, power(p, Fraction(self.N - 1)))
+        return add(scale(self.gamma, self.height(rho)), curved)
+
+
+def _horner(coefficients: Sequence[Fraction], rho: Interval) -> Interval:
+    value = ZERO_I
+    for coefficient in reversed(coefficients):
+        value = add(mul(value, rho), from_fraction(coefficient))
+    return value
+
+
+def tall_of(values: Sequence[Any], path: str) -> Tall:
+    """Check (gamma, H, c, N): phi must be odd and strictly increasing at every rho."""
+    gamma, c, N = Fraction(values[0]), Fraction(values[2]), int(values[3])
+    H = tuple(Fraction(h) for h in values[1])
+    if not 1 <= len(H) <= _MOST_POWERS or min(H) < 0 or H[0] <= 0:
+        raise MalformedError(f"{path}: H needs 1 to {_MOST_POWERS} coefficients >= 0, H(0) > 0")
+    if min(gamma, c) < 0 or gamma + c == 0:
+        raise MalformedError(f"{path}: gamma, c >= 0, not both 0, are needed")
+    if N < 3 or N % 2 == 0 or N > 63:
+        raise MalformedError(f"{path}: N = {N} is no odd number from 3 to 63")
+    return Tall(gamma, H, c, N)
 
 
 def gain_of(values: Sequence[float | int | Fraction], path: str) -> Gain:
@@ -2146,6 +3324,8 @@ class Obligations:
     ``claims`` are in the order in which a certificate must list them. ``alternative`` is U2'
     in place of the claim U2 at the same place, if the method has it. ``box`` is the reachable
     box; ``rounding`` bounds the rounding of each measured error and of u (the last entry).
+    ``laws`` are the stages of theorem3 in order, of which the last is this one, or it alone;
+    ``gains`` are those of the last one, where they depend on rho the steepest.
     """
 
     problem: Problem
@@ -2158,10 +3338,27 @@ class Obligations:
     box: dict[str, Interval]
     rounding: tuple[int, ...]
     assumptions: tuple[str, ...]
+    laws: tuple[StageLaw, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class StageLaw:
+    """One law: it is left where a measured error is beyond ``stays`` (None: never).
+
+    ``widths`` bound its errors, at the switch too; ``limit`` is more than they are measured to be
+    there.
+    """
+
+    gains: tuple[Gain | Tall, ...]
+    stays: tuple[Fraction, ...] | None
+    widths: tuple[Fraction, ...]
+    limit: tuple[int, ...]
+    reach: tuple[int, ...]
+    rounding: tuple[int, ...]
 
 
 def rounding_errors(
-    problem: Problem, gains: Sequence[Gain], p: Sequence[Fraction], center: Center
+    problem: Problem, gains: Sequence[Gain | Tall], p: Sequence[Fraction], center: Center
 ) -> tuple[int, ...]:
     """Bound the rounding of each measured error and of u in binary64, for |ê_i| <= 2 p_i.
 
@@ -2173,11 +3370,17 @@ def rounding_errors(
     t - t_0 > 1e6 s, and t - t_0 itself is rounded once. rho: at most 3 roundings of an argument
     y with |rho'(y) y| < 1.6, 8 for the function, 3 more: 32 cover it. r_1 = y_d + rho a with a
     = x_1(0) - y_d(0). phi: k e one; M e / epsilon three, times y sech^2 y <= min(|y|, 1/2); tanh
-    8 (of at most min(|y|, 1)), a product 1; c e^N N; two additions.
+    8 (of at most min(|y|, 1)), a product 1; c e^N N; two additions. H(rho) by Horner's rule: 2
+    roundings a power, and those of rho times H' <= (number of powers) H(1).
+
+    A handover adds rho times what was measured, and one addition; t - t_l has three roundings
+    of times up to 1e6 s, which rho passes on times its rate. Center nominal has its
+    own bounds, for r and v.
     """
     unit = _ROUNDING
     reference = at_zero = 0
-    if problem.reference is not None:
+    following = center.following.rounding() if center.following is not None else None
+    if problem.reference is not None and following is None:
         tape = Tape(problem.reference, ("t",))
         at_zero = tape.rounding((ZERO_I,), (0,))
         ends = [0, *(ONE << j for j in range(20)), 10**6 * ONE]
@@ -2191,10 +3394,17 @@ def rounding_errors(
         size = scale(2 * half_width, ONE_I)
         r = center.size(i)[1]
         terms = 40 * (offset if i == 0 else r) + 4 * (r + offset * (i == 0) + size[1] + phi)
-        errors.append((reference + at_zero) * (i == 0) + phi_error + scale(unit, (0, terms))[1] + 1)
+        if center.switches:
+            moved = center.moved[1] if i == 0 else r
+            terms += 40 * moved + 2 * center.switches * (r + 2 * offset + 2 * moved)
+            terms += 4 * 10**6 * mul(problem.rhos[i].rate, (moved, moved))[1]
+        own = (reference + at_zero) * (i == 0)
+        if following is not None:
+            own, terms = following[i], 4 * (r + size[1] + phi)
+        errors.append(own + phi_error + scale(unit, (0, terms))[1] + 1)
         bend = min(scale(gain.M / gain.epsilon, size)[1], ONE)
         parts = (
-            (6 * gain.k, size[1]),
+            ((6 + 40 * gain.powers) * gain.k, size[1]),
             (20 * gain.M, bend),
             ((gain.N + 6) * gain.c, power(size, Fraction(gain.N))[1]),
         )
@@ -2203,11 +3413,18 @@ def rounding_errors(
         quotient = scale(2 * gain.M * half_width / gain.epsilon, ONE_I)[1]
         if max(quotient, phi, *(part for _, part in parts)) > _BINARY64:
             raise UndecidedError(f"phi_{i + 1} beyond 2^1000: binary64 could overflow")
+    if following is not None:
+        phi_error += following[-1] + scale(4 * unit, (0, center.size(len(p))[1] + phi))[1]
     return (*errors, phi_error)
 
 
 def derive(
-    document: object, gains: Sequence[Sequence[Any]], half_widths: Sequence[Any]
+    document: object,
+    gains: Sequence[Sequence[Any]],
+    half_widths: Sequence[Any],
+    c_0: float | Fraction | None = None,
+    stages: Sequence[Sequence[Any]] = (),
+    duration: float | Fraction | None = None,
 ) -> Obligations:
     """Derive every obligation from the plant, the gains and the tube.
 
@@ -2216,9 +3433,16 @@ def derive(
     document : object
         plant.json.
     gains : Sequence[Sequence[Any]]
-        (k, M, epsilon, c, N) of phi_1..phi_n; binary64 numbers are taken exactly.
+        (k, M, epsilon, c, N) of phi_1..phi_n, for theorem1 (gamma, H, c, N); binary64 numbers
+        are taken exactly.
     half_widths : Sequence[Any]
         p_1..p_n.
+    c_0 : float or Fraction, optional
+        For theorem1: what the power terms may add to the error of alpha.
+    stages : Sequence[Sequence[Any]]
+        For theorem3: (gains, p, widened p) of the stages below the last one.
+    duration : float or Fraction, optional
+        For center nominal: T_s [s].
 
     Returns
     -------
@@ -2234,31 +3458,98 @@ def derive(
 
     References
     ----------
-    docs/theory.md sections 1 to 3 and 6.
+    docs/theory.md sections 1 to 4 and 6 to 8.
     """
+    question = repr((document, gains, half_widths, c_0, stages, duration))
+    if question not in _ANSWERED:
+        _ANSWERED.clear()
+        _ANSWERED[question] = _derived(document, gains, half_widths, c_0, stages, duration)
+    return _ANSWERED[question]
+
+
+_ANSWERED: dict[str, Obligations] = {}  # the last one: a folder asks for it more than once
+
+
+def _derived(
+    document: object,
+    gains: Sequence[Sequence[Any]],
+    half_widths: Sequence[Any],
+    c_0: float | Fraction | None,
+    stages: Sequence[Sequence[Any]],
+    duration: float | Fraction | None,
+) -> Obligations:
     problem = read_plant(document)
-    n = len(problem.states)
-    if not len(gains) == len(half_widths) == n:
-        raise MalformedError(f"{n} gains and {n} half-widths are needed")
-    shapes = tuple(gain_of(g, f"gains[{i}]") for i, g in enumerate(gains))
-    p = tuple(Fraction(half_width) for half_width in half_widths)
+    if (c_0 is not None) != (problem.method == "theorem1") or len(stages) != problem.free:
+        raise MalformedError(f"design: not one of {problem.method} with {problem.free} free stages")
+    p = _widths(problem, half_widths)
+    if c_0 is not None:
+        tall = tuple(tall_of(g, f"gains[{i}]") for i, g in enumerate(_each(problem, gains)))
+        return _Theorem1(problem, tall, p, Fraction(c_0)).obligations()
+    shapes = _shapes(problem, gains)
+    if (duration is not None) != (problem.center == "nominal"):
+        raise MalformedError("design: T_s belongs to center nominal, and only there")
+    if duration is not None:
+        if not Fraction(1, 10**6) <= duration <= 10**6:
+            raise MalformedError("design.T_s: from 1e-6 to 1e6 s")
+        return _Chain(problem, shapes, p, nominal_center(problem, Fraction(duration))).obligations()
+    center = performance_center(problem)
+    free: list[_FreeStage] = []
+    for given in stages:
+        stage = _FreeStage(
+            problem,
+            _shapes(problem, given[0]),
+            _widths(problem, given[2]),
+            center_after(center, free),
+            free,
+        )
+        stage.watch(_widths(problem, given[1]))
+        free.append(stage)
+    return _Chain(problem, shapes, p, center_after(center, free), free).obligations()
+
+
+def _each(problem: Problem, values: Sequence[Any]) -> Sequence[Any]:
+    if len(values) != len(problem.states):
+        raise MalformedError(f"{len(problem.states)} gains and half-widths are needed")
+    return values
+
+
+def _shapes(problem: Problem, gains: Sequence[Any]) -> tuple[Gain, ...]:
+    return tuple(gain_of(g, f"gains[{i}]") for i, g in enumerate(_each(problem, gains)))
+
+
+def _widths(problem: Problem, half_widths: Sequence[Any]) -> tuple[Fraction, ...]:
+    p = tuple(Fraction(half_width) for half_width in _each(problem, half_widths))
     if min(p) <= 0:
         raise MalformedError("a half-width that is not positive")
-    return _Chain(problem, shapes, p).obligations()
+    return p
 
 
 class _Chain:
-    """The recursion from X_1 to U, and the claims on its way."""
+    """The recursion from X_1 to U, and the claims on its way.
+
+    ``free`` are the chains of the stages before this one; ``mark`` tells their names apart.
+    """
+
+    mark = ""
 
     def __init__(
-        self, problem: Problem, gains: tuple[Gain, ...], half_widths: tuple[Fraction, ...]
+        self,
+        problem: Problem,
+        gains: tuple[Gain | Tall, ...],
+        half_widths: tuple[Fraction, ...],
+        center: Center,
+        free: Sequence[_FreeStage] = (),
     ) -> None:
         self.problem, self.gains, self.half_widths = problem, gains, half_widths
-        self.center = performance_center(problem)
-        self.unified = problem.method == "unified"
+        self.shapes = tuple(g if isinstance(g, Gain) else g.steepest() for g in gains)
+        self.center, self.free = center, tuple(free)
+        self.unified = problem.method in ("unified", "theorem3")
         self.n = len(gains)
         self.p = [from_fraction(width) for width in half_widths]
         self.rounding = rounding_errors(problem, gains, half_widths, self.center)
+        # With H scheduled f_bound is evaluated on smaller boxes too: one number will not do.
+        self.weaker = not any(gain.powers for gain in gains)
+        self.tapes: dict[str, tuple[tuple[str, ...], Tape]] = {}
         self.table: dict[str, Interval] = {}
         self.outer: dict[str, Interval] = dict(problem.ranges)
         self.inner: dict[str, Interval] = dict(problem.ranges)
@@ -2266,60 +3557,95 @@ class _Chain:
         self.steps: list[Obligation] = []
 
     def _put(self, key: str, i: int, value: Interval) -> Interval:
-        self.table[f"{key}[{self.problem.states[i]}]"] = value
+        self.table[f"{key}{self.mark}[{self.problem.states[i]}]"] = value
         return value
 
     def _get(self, key: str, i: int) -> Interval:
-        return self.table[f"{key}[{self.problem.states[i]}]"]
+        return self.table[f"{key}{self.mark}[{self.problem.states[i]}]"]
 
     def _extension(self, node: Node, ranges: Mapping[str, Interval]) -> Interval:
-        names = sorted(symbols(node))
-        return Tape(node, names).value(tuple(ranges[name] for name in names))
+        if node.text not in self.tapes:
+            names = tuple(sorted(symbols(node)))
+            self.tapes[node.text] = names, Tape(node, names)
+        names, tape = self.tapes[node.text]
+        return tape.value(tuple(ranges[name] for name in names))
 
-    def _majorant(self, node: Node) -> Interval:
+    def _majorant(
+        self, node: Node, boxes: Sequence[Mapping[str, Interval]] | None = None
+    ) -> Interval:
         """Sup of |node| as the natural interval extension over the reachable box gives it.
 
         The extension over the smaller, inner box is below it and encloses it from there.
         """
-        small, large = (self._extension(node, box) for box in (self.inner, self.outer))
+        small, large = (self._extension(node, box) for box in boxes or (self.inner, self.outer))
         return absolute(small)[1], absolute(large)[1]
 
-    def obligations(self) -> Obligations:
+    def walk(self) -> None:
         """Run the chain once from the first state to the last."""
         for i in range(self.n):
             try:
                 self._constants(i)
                 self._assumptions(i)
             except UndecidedError as error:
-                state = self.problem.states[i]
-                raise UndecidedError(f"over the reachable box of {state}: {error}") from None
+                place = self.problem.states[i] + self.mark.replace(".stage", " in stage ")
+                raise UndecidedError(f"over the reachable box of {place}: {error}") from None
+
+    def obligations(self) -> Obligations:
+        """Walk, and collect everything that must hold."""
+        self.walk()
         self._finish()
         alternative = None
         if self.unified:
+            handovers = self._handovers()
+            self.steps += handovers
             for i in range(self.n):
                 self._step_unified(i)
-            alternative = self._last("U2'")
+            # A late command of an earlier stage need not push inward, as U2' counts on.
+            if not (handovers and self.problem.delay[1]):
+                alternative = self._last("U2'")
             self.steps.append(self._last("U2"))
         else:
             for i in range(self.n):
                 self._step_theorem2(i)
-        claims = (*self._promises(), *self.checks, *self.steps)
+        return self._collect(alternative)
+
+    def _collect(self, alternative: Obligation | None) -> Obligations:
+        chains = (*self.free, self)
+        claims = [claim for chain in chains for claim in (*chain.checks, *chain.steps)]
+        table = {key: value for chain in chains for key, value in chain.table.items()}
         return Obligations(
             problem=self.problem,
-            gains=self.gains,
+            gains=self.shapes,
             half_widths=self.half_widths,
             center=self.center,
-            enclosures=self.table,
-            claims=(*claims, *self._limit()),
+            enclosures=table,
+            claims=(*self._promises(), *claims, *self._limit()),
             alternative=alternative,
             box=self.outer,
             rounding=self.rounding,
             assumptions=_assumed(self.problem),
+            laws=tuple(chain.law() for chain in chains),
         )
+
+    def law(self) -> StageLaw:
+        """Return what a test of the controller's law needs."""
+        steps = range(self.n)
+        return StageLaw(
+            gains=self.gains,
+            stays=self.stays(),
+            widths=self.half_widths,
+            limit=tuple(self.p[i][0] + self._get("eta", i)[0] for i in steps),
+            reach=tuple(self._get("X", i)[1] for i in steps),
+            rounding=self.rounding,
+        )
+
+    def stays(self) -> tuple[Fraction, ...] | None:
+        """Return what measured errors must stay below for the law to be kept: nothing."""
+        return None
 
     def _constants(self, i: int) -> None:
         """X_i, A_i, L_i, W_i, G_i, g_min_i, D_i, B_i, F*_i, eta_i and Lambda_i."""
-        channel, gain, center = self.problem.channels[i], self.gains[i], self.center
+        channel, gain, center = self.problem.channels[i], self.shapes[i], self.center
         state = self.problem.states[i]
         xi = self.p[i] if i == 0 else add(self.p[i], self._get("A", i - 1))
         low, high = center.low[i], center.high[i]
@@ -2335,12 +3661,14 @@ class _Chain:
         self._put("L", i, gain.slope_at_most(self.p[i]))
         for node in channel.partial:
             self._extension(node, self.outer)
-        bounded = channel.f_bound if channel.f_bound is not None else channel.f
-        force = self._majorant(bounded if bounded is not None else NOTHING)
-        disturbance = self._majorant(channel.disturbance)
         rate = self._put("rate", i, center.rate[i])
-        self._put("f_star", i, force)
-        load = self._put("W", i, add(add(force, disturbance), rate))
+        if center.following is not None:
+            load = self._residual(i, center.following)
+        else:
+            bounded = channel.f_bound if channel.f_bound is not None else channel.f
+            force = self._majorant(bounded if bounded is not None else NOTHING)
+            load = add(self._put("f_star", i, force), rate)
+        load = self._put("W", i, add(load, self._majorant(channel.disturbance)))
         coupled = self._get("B", i - 1) if i else ZERO_I
         load = self._put("D", i, add(load, coupled))
         largest = channel.g_bound if channel.g_bound is not None else channel.g
@@ -2351,7 +3679,8 @@ class _Chain:
         self._put("g_min", i, (smallest[0], max(smallest)))
         ahead = ZERO_I
         if i + 1 < self.n:
-            ahead = add(self.p[i + 1], self._put("s", i, center.size(i + 1)))
+            feed = ZERO_I if center.following is not None else center.size(i + 1)
+            ahead = add(self.p[i + 1], self._put("s", i, feed))
         if smallest[0] > 0:
             demand = add(div(load, self._get("g_min", i)), ahead)
             self._put("F_star", i, demand)
@@ -2365,10 +3694,41 @@ class _Chain:
         eta = self._put("eta", i, add(measured, inherited))
         self._put("Lambda", i, gain.spread(self.p[i], eta))
 
+    def _residual(self, i: int, center: Following) -> Interval:
+        """W_i without the disturbance: model error, deviation, and what f^ leaves out."""
+        states = self.problem.states[: i + 1]
+        (lowest, low), (high, highest) = self.center.low[i + 1], self.center.high[i + 1]
+        reach = [self._get("xi", j) for j in range(i + 1)]
+        small, large = (
+            center.errors[i].away([box[state] for state in states], ahead, reach)
+            for box, ahead in (
+                (self.inner, (min(low, high), max(low, high))),
+                (self.outer, (lowest, highest)),
+            )
+        )
+        away = self._put("away", i, (min(small[0], large[1]), large[1]))
+        unknown = self._put("unknown", i, center.unknown[i])
+        left = self._put("left_out", i, self._majorant(center.path.model.left[i]))
+        return add(add(away, unknown), add(left, self._unknown_gain(i, center)))
+
+    def _unknown_gain(self, i: int, center: Following) -> Interval:
+        """Bound (g - g^) r_next where g is known by its bounds only, in whose middle g^ is."""
+        channel, states = self.problem.channels[i], self.problem.states
+        if channel.g is not None:
+            return ZERO_I
+        box = {s: (self.center.low[j][0], self.center.high[j][1]) for j, s in enumerate(states)}
+        followed = self._extension(center.path.model.g[i], box)
+        above = self._extension(channel.g_bound or UNIT, self.outer)[1] - followed[0]
+        below = followed[1] - self._extension(channel.g_min or UNIT, self.outer)[0]
+        most = max(above, below, 0)
+        return 0, mul((most, most), self.center.size(i + 1))[1]
+
     def _assumptions(self, i: int) -> None:
         """f_bound, g_min and g_bound of the file against its f and g, over the reachable box."""
         channel, state = self.problem.channels[i], self.problem.states[i]
-        if channel.f is not None and channel.f_bound is not None:
+        # Center nominal takes f, where it is given, for the truth, and uses no bound of it.
+        used = self.center.following is None
+        if used and channel.f is not None and channel.f_bound is not None:
             pair = [
                 (channel.f, channel.f_bound),
                 (combine([(-1, channel.f)]), channel.f_bound),
@@ -2399,14 +3759,12 @@ class _Chain:
         goals = [goal for a, b in pairs for goal in self._orthants(minus(a, b))]
         weak: list[Goal] = []
         bound = num(Fraction(number, ONE))
-        for a, b in pairs:
+        for a, b in pairs if self.weaker else ():
             # For g_min the number is on the other side: -g <= -number.
             node = combine([(-1, b)]) if name == "g_min" else a
             weak.append(self._goal(minus(node, bound), {}, {}))
-        state = self.problem.states[i]
-        self.checks.append(
-            Obligation(f"{name}[{state}]", statement, (), comparisons, tuple(goals), tuple(weak))
-        )
+        place = f"{name}{self.mark}[{self.problem.states[i]}]"
+        self.checks.append(Obligation(place, statement, (), comparisons, tuple(goals), tuple(weak)))
 
     def _goal(self, plain: Node, renamed: Mapping[str, Interval], signs: Mapping[str, int]) -> Goal:
         ranges = {**self.outer, **renamed}
@@ -2442,23 +3800,51 @@ class _Chain:
         return goals
 
     def _finish(self) -> None:
-        """V_n, zeta, U and the right side of the last inequality (v = 0)."""
+        """V_n, zeta, U and what the held input adds to the last inequality.
+
+        The commands of the stages before count in U, and with a delay in V: they may still act.
+        """
         last = self.n - 1
         gain, p, eta = self.gains[last], self.p[last], self._get("eta", last)
-        error = self.problem.actuator_error
-        error = add(error, (0, self.rounding[-1])) if self.unified else error
+        error, rounded = self.problem.actuator_error, (0, self.rounding[-1] if self.unified else 0)
         force = gain.phi(add(p, eta)) if self.unified else gain.phi(p)
-        self.table["delta_u"] = error
-        self.table["U"] = add(force, error)
-        speed = add(self._get("D", last), mul(self._get("G", last), self.table["U"]))
+        command = add(force, rounded)
+        largest = _call("max", [command, *(stage.peak for stage in self.free)])
+        self.table["delta_u"] = add(error, rounded)
         hold = add(self.problem.period, self.problem.delay)
+        held = largest if self.problem.delay[1] else command
+        self.table["delta_v"] = ZERO_I
+        if self.center.following is not None:
+            following = self.center.following
+            v = self.table["v"] = self.center.size(self.n)
+            late = self.table["delta_v"] = mul(hold, following.v_rate)
+            held, largest = _call("max", (add(held, late), following.v_start)), add(v, command)
+        self.table["U"] = add(largest, error)
+        speed = add(self._get("D", last), mul(self._get("G", last), add(held, error)))
         self.table["hold"], self.table["V"] = hold, speed
         self.table["zeta"] = add(eta, mul(hold, speed))
 
+    def _handovers(self) -> list[Obligation]:
+        """Theorem 3, containment: the tube contains every jump out of every earlier stage."""
+        if self.problem.handover != "containment":
+            return []
+        late = mul(self.problem.delay, self.table["V"])
+        return [
+            claim
+            for stage in self.free
+            for claim in stage.handovers(self.shapes, self.half_widths, late)
+        ]
+
     def _uses(self, i: int) -> tuple[str, ...]:
-        """Ids of the checks of the channels up to i, which W, G and g_min rest on."""
+        """Ids of the checks of the channels up to i, which W, G and g_min rest on.
+
+        The center, or what the last tube contains, rests on the stage before.
+        """
         names = [f"[{state}]" for state in self.problem.states[: i + 1]]
-        return tuple(c.id for c in self.checks if c.id[c.id.index("[") :] in names)
+        before = [claim for stage in self.free[-1:] for claim in stage.steps]
+        before += [claim for claim in self.steps if claim.id.startswith("T3.handover")]
+        own = [c for c in self.checks if c.id[c.id.index("[") :] in names]
+        return tuple(claim.id for claim in (*before, *own))
 
     def _demand(self, i: int) -> Interval:
         """F*_i; without a positive g_min nothing suffices."""
@@ -2479,7 +3865,9 @@ class _Chain:
     def _last(self, name: str) -> Obligation:
         last, n = self.n - 1, self.n
         gain, p, eta = self.gains[last], self.p[last], self._get("eta", last)
-        hold, error = self.table["hold"], self.table["delta_u"]
+        hold = self.table["hold"]
+        # A held v is an error of the input too.
+        error = add(self.table["delta_u"], self.table["delta_v"])
         if name == "U2":
             late, rest = self.table["zeta"], sub(p, self.table["zeta"])
             statement = f"p_{n} > zeta and phi_{n}(p_{n} - zeta) > F*_{n} + delta_u"
@@ -2513,32 +3901,394 @@ class _Chain:
         # The promise is made for the binary64 number nearest to the file's decimal.
         nearest = from_fraction(Fraction((asked[0] + asked[1]) / (2 * ONE)))
         comparison = Comparison((max(asked[0], nearest[1]),) * 2, self.p[0], ">=")
-        claims = [
-            Obligation(
-                "accuracy", "p_1 <= performance.accuracy", (), (comparison,), proof="rational"
-            )
-        ]
+        statement = "p_1 <= performance.accuracy"
+        if self.free:
+            before = ", ".join(f"{float(stage.half_widths[0])!r}" for stage in self.free)
+            statement += f" in the last stage; |e_1| <= {before} before it"
+        claims = [Obligation("accuracy", statement, (), (comparison,), proof="rational")]
         held: list[Comparison] = []
+        own = self._numbers()
+        for stage in self.free:
+            own |= stage._numbers()  # noqa: SLF001 (a chain like this one)
         for key, value in self.problem.fixed:
-            name, _, index = key.rpartition("_")
-            gain = self.gains[int(index) - 1]
-            own = getattr(gain, name) if name != "p" else self.half_widths[int(index) - 1]
-            if name == "epsilon" and not gain.M:
+            if "epsilon_" in key and own[key.replace("epsilon", "M")] == ZERO_I:
                 continue
-            distance = absolute(sub(from_fraction(Fraction(own)), value))
+            distance = absolute(sub(own.get(key, ZERO_I), value))
             allowed = scale(Fraction(1, 1 << 50), absolute(value))
+            if key.startswith("room"):
+                # eps_i is no constant of the controller but what p_i leaves beside D_i.
+                allowed = scale(Fraction(1, 1 << 30), self.p[int(key[5:]) - 1])
             held.append(Comparison(allowed, (distance[1],) * 2, ">="))
         if held:
             statement = "the numbers that synthesis fixes are kept"
             claims.append(Obligation("fixed", statement, (), tuple(held), proof="rational"))
         return claims
 
+    def _numbers(self) -> dict[str, Interval]:
+        """Return the numbers of the design, by the names that the controllers give them."""
+        found: dict[str, Interval] = {}
+        prefix = self.mark[1:] + "_" if self.mark else ""
+        for i, (gain, p) in enumerate(zip(self.gains, self.widths(), strict=True), start=1):
+            values = {key: Fraction(getattr(gain, key)) for key in _SHAPE} | {"p": p}
+            found |= {f"{prefix}{key}_{i}": from_fraction(v) for key, v in values.items()}
+        if self.center.following is not None:
+            found["T_s"] = from_fraction(self.center.following.path.model.duration)
+        return found
+
+    def widths(self) -> tuple[Fraction, ...]:
+        """Return the half-widths that the controller contains."""
+        return self.stays() or self.half_widths
+
     def _limit(self) -> list[Obligation]:
         if self.problem.limit is None:
             return []
         comparison = Comparison(self.problem.limit, self.table["U"], ">=")
-        uses = tuple(step.id for step in self.steps if step.id.startswith("U0"))
+        uses = tuple(step.id for step in self.steps if step.id.startswith(("U0", "T1.c")))
         return [Obligation("limit", "U <= actuator.limit", uses, (comparison,))]
+
+
+def center_after(first: Center, free: Sequence[_FreeStage]) -> Center:
+    """Bound the center of the law that follows these stages (docs/theory.md section 8).
+
+    Reanchored: r_1 = y_d + rho_1 a + the sum of rhobar r_1^(l), where |r_1^(l)| is a measured
+    error of stage l, at most p^_1 + eta_1; r_i = rhobar r_i^(m), a measured state of the stage
+    just left; 0 <= rhobar <= 1. With containment the center stays.
+    """
+    if not free or free[0].problem.handover == "containment":
+        return first
+    problem, last = free[-1].problem, free[-1]
+    moved = ZERO_I
+    for stage in free:
+        law = stage.table[f"eta{stage.mark}[{problem.states[0]}]"]
+        moved = add(moved, add(stage.p[0], law))
+    low, high = [sub(first.low[0], moved)], [add(first.high[0], moved)]
+    rate = [add(first.rate[0], mul(problem.rhos[0].rate, moved))]
+    factor = Fraction(2 if problem.anchor == "exact" else 1)
+    for state, delta, rho in zip(
+        problem.states[1:], problem.delta[1:], problem.rhos[1:], strict=True
+    ):
+        latched = add(last.table[f"X{last.mark}[{state}]"], scale(factor, delta))
+        low.append(neg(latched))
+        high.append(latched)
+        rate.append(mul(rho.rate, latched))
+    return Center(tuple(low), tuple(high), tuple(rate), first.offset, moved, len(free))
+
+
+class _FreeStage(_Chain):
+    """A stage of theorem3 below the last one: its chain on the widened tube p^.
+
+    It proves nothing but that |e_i| <= p^_i as long as it is kept, and at the switch: at the
+    samples |ê_i| <= p_i, so |e_i| <= p_i + eta_i, and between two of them |de_i| <= V_i.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        gains: tuple[Gain, ...],
+        half_widths: tuple[Fraction, ...],
+        center: Center,
+        free: Sequence[_FreeStage],
+    ) -> None:
+        super().__init__(problem, gains, half_widths, center, free)
+        self.mark = f".stage{len(self.free) + 1}"
+        self.watched: tuple[Fraction, ...] = ()
+        self.peak = ZERO_I
+
+    def stays(self) -> tuple[Fraction, ...]:
+        """Return p_i, what the measured errors are watched against."""
+        return self.watched
+
+    def watch(self, half_widths: tuple[Fraction, ...]) -> None:
+        """Claim p^_i > p_i + eta_i + h V_i for the watched p; every command so far may act."""
+        self.watched = half_widths
+        self.walk()
+        last, number = self.n - 1, len(self.free) + 1
+        force = self.gains[last].phi(from_fraction(half_widths[last]))
+        self.peak = self.table[f"U{self.mark}"] = add(force, (0, self.rounding[-1]))
+        largest = _call("max", [stage.peak for stage in (*self.free, self)])
+        for i in range(self.n):
+            if i < last:
+                pull = add(add(self.p[i + 1], self._get("s", i)), self._get("A", i))
+            else:
+                pull = add(largest, self.problem.actuator_error)
+            speed = self._put("V", i, add(self._get("D", i), mul(self._get("G", i), pull)))
+            drift = mul(self.problem.period, speed)
+            needed = add(from_fraction(half_widths[i]), add(self._get("eta", i), drift))
+            j = i + 1
+            self.steps.append(
+                Obligation(
+                    f"T3.stage{number}[{self.problem.states[i]}]",
+                    f"p^_{j} > p_{j} + eta_{j} + h V_{j} in stage {number}",
+                    self._uses(i),
+                    (Comparison(self.p[i], needed),),
+                )
+            )
+
+    def handovers(
+        self, later: Sequence[Gain], half_widths: Sequence[Fraction], late: Interval
+    ) -> list[Obligation]:
+        """Claim p_i > p^_i + Delta_i of a switch into the last stage, with what is late at x_n.
+
+        A switch passes over every stage whose tube the errors are outside of, so each stage is
+        followed by the last one at the same sample.
+        """
+        jump, last, number = ZERO_I, self.n - 1, len(self.free) + 1
+        claims: list[Obligation] = []
+        for i in range(self.n):
+            reached = add(self.p[i], self._put("Delta", i, jump))
+            reached = add(reached, late) if i == last else reached
+            j = i + 1
+            claims.append(
+                Obligation(
+                    f"T3.handover{number}[{self.problem.states[i]}]",
+                    f"p_{j} > p^_{j} + Delta_{j}{' + tau V' * (i == last)} out of stage {number}",
+                    tuple(claim.id for claim in self.steps),
+                    (Comparison(from_fraction(half_widths[i]), reached),),
+                )
+            )
+            if i < last:
+                jump = later[i].jump(jump, self.shapes[i], self.p[i])
+        return claims
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """The constants of one step of Theorem 1 over an interval of rho (docs/theory.md section 7).
+
+    D bounds |ê_i - e_i|, delta what that does to alpha_i; load is |f_i + d_i - drho x_i(0)
+    - d alpha_{i-1} + rho x_{i+1}(0)|, needed what H must be, coupled |d alpha_i|; D_slope and
+    delta_slope are derivatives in rho. All of them grow with rho.
+    """
+
+    p: Interval
+    D: Interval
+    D_slope: Interval
+    xi: Interval
+    A: Interval
+    L: Interval
+    force: Interval
+    W: Interval
+    load: Interval
+    needed: Interval
+    H: Interval
+    delta: Interval
+    delta_slope: Interval
+
+
+_CELLS = 3000
+
+
+class _Theorem1(_Chain):
+    """Theorem 1, sound form: dx_i = f_i + x_{i+1}, errors made of the true starts.
+
+    phi_i = gamma_i H_i(rho) e + c_i e^N_i, |e_i| <= p_i(rho) = D_i(rho) + eps_i. At that wall
+    sgn(e_i) de_i <= load + p_{i+1} - phi_i(p_i), i < n, which must be below the motion
+    dp_i/dt >= -rhoM dD_i/drho of the wall; p_{i+1} = 2 delta_{i+1} + gamma_i H_i D_i + c_0 +
+    eps_{i+1}, so with H_i >= load + rhoM dD_i/drho it suffices that
+
+        gamma_i H_i eps_i + c_i p_i^N > H_i + c_0 + 2 delta_{i+1} + eps_{i+1}.
+
+    For i = n the law's |phi_n(ê_n) - phi_n(e_n)| <= gamma_n H_n D_n + c_0 stands for p_{n+1}.
+    The inequality is affine in H_i, and p_i is least at the least rho: the two ends of rho are
+    enough. That H_i dominates is proved on cells of rho, H_i at the lower end of each against
+    the rest at its upper end; the tables are those at rho = 1 over all starts and times.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        gains: tuple[Tall, ...],
+        half_widths: tuple[Fraction, ...],
+        c_0: Fraction,
+    ) -> None:
+        super().__init__(problem, gains, half_widths, performance_center(problem))
+        self.tall, self.c_0 = gains, c_0
+        self.rooms: list[Interval] = []
+        self.levels: list[Level] = []
+
+    def _before(self, i: int, levels: Sequence[Level]) -> tuple[Interval, Interval]:
+        """D_i and its derivative in rho: the measurement, and what it did to alpha_{i-1}."""
+        measured = scale(Fraction(2), self.problem.delta[i])
+        if i == 0:
+            return measured, ZERO_I
+        return add(measured, levels[i - 1].delta), levels[i - 1].delta_slope
+
+    def _coupled(self, i: int, p: Interval, levels: Sequence[Level], rho: Interval) -> Interval:
+        """|d alpha_{i-1}| <= L (load + p_i + A) + gamma H' rhoM p, everything of step i - 1."""
+        if i == 0:
+            return ZERO_I
+        level, gain = levels[i - 1], self.tall[i - 1]
+        motion = mul(scale(gain.gamma, gain.bend(rho)), mul(self.problem.rhos[0].rate, level.p))
+        return add(mul(level.L, add(add(level.load, p), level.A)), motion)
+
+    def _level(
+        self,
+        i: int,
+        rho: Interval,
+        levels: Sequence[Level],
+        reach: tuple[Interval, Interval],
+        boxes: Sequence[dict[str, Interval]],
+    ) -> Level:
+        """One step; reach are the ends of r_i = rho x_i(0), boxes the inner and the outer one."""
+        gain, channel, state = self.tall[i], self.problem.channels[i], self.problem.states[i]
+        D, D_slope = self._before(i, levels)
+        p = add(D, self.rooms[i]) if i < len(self.rooms) else self.p[i]
+        coupled = self._coupled(i, p, levels, rho)
+        xi = p if i == 0 else add(p, levels[i - 1].A)
+        low, high = reach
+        inner, outer = boxes
+        outer[state] = (low[0] - xi[1], high[1] + xi[1])
+        narrow = (low[1] - xi[0], high[0] + xi[0])
+        inner[state] = narrow if narrow[0] <= narrow[1] else outer[state]
+        bounded = channel.f_bound if channel.f_bound is not None else channel.f
+        force = self._majorant(bounded if bounded is not None else NOTHING, boxes)
+        W = add(add(force, self._majorant(channel.disturbance, boxes)), self.center.rate[i])
+        ahead = ZERO_I
+        if i + 1 < self.n:
+            most = absolute(self.problem.starts[i + 1])[1]
+            ahead = mul(rho, (most, most))
+        load = add(add(W, coupled), ahead)
+        H = gain.height(rho)
+        moved = add(mul(gain.bend(rho), D), mul(H, D_slope))
+        return Level(
+            p=p,
+            D=D,
+            D_slope=D_slope,
+            xi=xi,
+            A=gain.phi(p, rho),
+            L=gain.slope_at_most(p, rho),
+            force=force,
+            W=W,
+            load=load,
+            needed=add(load, mul(self.problem.rhos[0].rate, D_slope)),
+            H=H,
+            delta=add(mul(scale(gain.gamma, H), D), from_fraction(self.c_0)),
+            delta_slope=scale(gain.gamma, moved),
+        )
+
+    def _constants(self, i: int) -> None:
+        """Everything at rho = 1, over all times and starts."""
+        reach = (self.center.low[i], self.center.high[i])
+        level = self._level(i, ONE_I, self.levels, reach, (self.inner, self.outer))
+        for node in self.problem.channels[i].partial:
+            self._extension(node, self.outer)
+        for key, value in (
+            ("xi", level.xi),
+            ("X", add(self.center.size(i), level.xi)),
+            ("r_lower", reach[0]),
+            ("r_upper", reach[1]),
+            ("A", level.A),
+            ("L", level.L),
+            ("f_star", level.force),
+            ("W", level.W),
+            ("D", add(level.W, self._coupled(i, level.p, self.levels, ONE_I))),
+            ("eta", level.D),
+            ("Lambda", level.delta),
+            ("H", level.H),
+            ("H_needed", level.needed),
+            ("epsilon", sub(level.p, level.D)),
+            ("g_min", ONE_I),
+            ("G", ONE_I),
+        ):
+            self._put(key, i, value)
+        if i:
+            self._put("B", i - 1, self._coupled(i, level.p, self.levels, ONE_I))
+        self.levels.append(level)
+
+    def _cell(self, rho: Interval) -> list[Level]:
+        """All steps for every rho in an interval; its boxes are parts of the reachable one."""
+        levels: list[Level] = []
+        boxes = (dict(self.problem.ranges), dict(self.problem.ranges))
+        for i, start in enumerate(self.problem.starts):
+            low, high = mul(rho, start)
+            reach = ((low, low + 2), (high - 2, high))
+            levels.append(self._level(i, rho, levels, reach, boxes))
+        return levels
+
+    def _dominates(self) -> list[Comparison]:
+        """H_i against what it must be: the cell of rho with the least room, for every i."""
+        if self.weaker:
+            return [_domination(level) for level in self.levels]
+        worst: dict[int, Comparison] = {}
+        refuted: dict[int, Comparison] = {}
+        cells = [(self.problem.rhos[0].floor[0], ONE)]
+        for _ in range(_CELLS):
+            if not cells:
+                break
+            rho = cells.pop()
+            found = dict(enumerate(_domination(level) for level in self._cell(rho)))
+            if any(found[i].verdict() != "proved" for i in found.keys() - refuted.keys()):
+                # At a single rho both sides are numbers: there it may be refuted.
+                middle = (rho[0] + rho[1]) >> 1
+                at_one = enumerate(_domination(level) for level in self._cell((middle, middle)))
+                refuted |= {i: entry for i, entry in at_one if entry.verdict() == "refuted"}
+                cells += [(middle, rho[1]), (rho[0], middle)]
+                continue
+            for i in found.keys() - refuted.keys():
+                if i not in worst or _room(found[i]) < _room(worst[i]):
+                    worst[i] = found[i]
+        if cells:
+            # The cells are used up: what is not refuted is undecided.
+            worst = {i: Comparison((-1, a.H[1]), a.needed, ">=") for i, a in enumerate(self.levels)}
+        return [(worst | refuted)[i] for i in range(self.n)]
+
+    def obligations(self) -> Obligations:
+        """Walk at rho = 1, then claim T1.p, T1.H, T1.c and T1.gamma of every step."""
+        self.walk()
+        self.rooms = [self._get("epsilon", i) for i in range(self.n)]
+        least = self.problem.rhos[0].floor[0]
+        first = self.levels if self.weaker else self._cell((least, least))
+        last, top = self.tall[-1], self.levels[-1]
+        self.table["U"] = last.phi(add(top.p, top.D))
+        c_0 = from_fraction(self.c_0)
+        dominated = self._dominates()
+        for i, (gain, level) in enumerate(zip(self.tall, self.levels, strict=True)):
+            N, j, state = Fraction(gain.N), i + 1, self.problem.states[i]
+            swing = scale(gain.c, sub(power(add(level.p, level.D), N), power(level.p, N)))
+            credit = scale(gain.c, power(first[i].p, N))
+            ahead = c_0
+            if j < self.n:
+                ahead = add(add(c_0, scale(Fraction(2), self.problem.delta[j])), self.rooms[j])
+            walls = [
+                Comparison(
+                    add(mul(scale(gain.gamma, height), self.rooms[i]), credit), add(height, ahead)
+                )
+                for height in ([first[i].H, level.H] if gain.powers else [level.H])
+            ]
+            before = (f"T1.c[{self.problem.states[i - 1]}]",) if i else ()
+            inside, beside = f"T1.p[{state}]", f"T1.c[{state}]"
+            wall = f"gamma_{j} H_{j} eps_{j} + c_{j} p_{j}^N > H_{j} + c_0"
+            wall += f" + 2 delta_{j + 1} + eps_{j + 1}" if j < self.n else ""
+            swings = f"c_{j} ((p_{j} + D_{j})^N - p_{j}^N) <= c_0"
+            covers = f"H_{j}(rho) >= H0_{j}(rho) for every rho"
+            claims = {
+                "p": (f"p_{j} > D_{j}", before, [Comparison(level.p, level.D)]),
+                "H": (covers, (*self._uses(i), inside), [dominated[i]]),
+                "c": (swings, (inside,), [Comparison(c_0, swing, ">=")]),
+                "gamma": (wall, (f"T1.H[{state}]", beside), walls),
+            }
+            for name, (statement, uses, comparisons) in claims.items():
+                place = f"T1.{name}[{state}]"
+                self.steps.append(Obligation(place, statement, uses, tuple(comparisons)))
+        return self._collect(None)
+
+    def _numbers(self) -> dict[str, Interval]:
+        found = {"c_0": from_fraction(self.c_0)}
+        for i, (gain, p) in enumerate(zip(self.tall, self.half_widths, strict=True), start=1):
+            values = {"gamma": gain.gamma, "c": gain.c, "N": Fraction(gain.N), "p": p}
+            found |= {f"{key}_{i}": from_fraction(value) for key, value in values.items()}
+            found |= {f"H_{i}_{j}": from_fraction(h) for j, h in enumerate(gain.H)}
+            found[f"room_{i}"] = self.rooms[i - 1]
+        return found
+
+
+def _domination(level: Level) -> Comparison:
+    return Comparison(level.H, level.needed, ">=")
+
+
+def _room(comparison: Comparison) -> Fraction:
+    """Distance of the two sides relative to the larger one."""
+    return Fraction(comparison.lhs[0] - comparison.rhs[1], max(1, comparison.rhs[1]))
 
 
 def without_common_power(node: Node) -> Node:
@@ -2587,6 +4337,9 @@ def _assumed(problem: Problem) -> tuple[str, ...]:
         lines.append(
             f"the reference obeys its declared bounds: |y_d| <= {bound!r}, |dy_d| <= {rate!r}"
         )
+        if problem.center == "nominal":
+            more = ", ".join(repr(to_doubles(b)[1]) for b in problem.derivatives[2:])
+            lines.append(f"its further derivatives exist, are passed exactly, and obey {more}")
     else:
         lines.append("a reference passed to the controller is the declared expression")
     for channel, state in zip(problem.channels, problem.states, strict=True):
@@ -2596,9 +4349,14 @@ def _assumed(problem: Problem) -> tuple[str, ...]:
             )
         if channel.g is None:
             lines.append(f"g of {state} stays between g_min and g_bound (no g is declared)")
-    if problem.method == "theorem2":
-        lines.append("the rounding of the controller's own arithmetic is neglected (theorem2)")
-        lines.append("measurement and actuation are exact and continuous (theorem2)")
+    if problem.method in ("theorem1", "theorem2"):
+        measured = "measurement is continuous and actuation exact"
+        if problem.method == "theorem2":
+            measured = "measurement and actuation are exact and continuous"
+        lines.append(
+            f"the rounding of the controller's own arithmetic is neglected ({problem.method})"
+        )
+        lines.append(f"{measured} ({problem.method})")
     return tuple(lines)
 
 
@@ -2607,7 +4365,9 @@ def _assumed(problem: Problem) -> tuple[str, ...]:
 
 THEOREMS = {
     "unified": "Theorem U (docs/theory.md section 3)",
+    "theorem1": "Theorem 1, sound form (docs/theory.md section 7)",
     "theorem2": "Theorem 2, sound form (docs/theory.md section 2)",
+    "theorem3": "Theorem 3, sound form (docs/theory.md section 8)",
 }
 
 
@@ -2682,43 +4442,87 @@ def read_double(value: object, path: str) -> float:
     return number
 
 
+Gains = tuple[tuple[Any, ...], ...]
+
+
 @dataclass(frozen=True, slots=True)
 class Design:
-    """What the certificate is about: the numbers that the controller contains."""
+    """What the certificate is about: the numbers that the controller contains.
 
-    gains: tuple[tuple[float, float, float, float, int], ...]
+    ``gains`` are (k, M, epsilon, c, N), with c_0 (gamma, H, c, N). ``stages`` are (gains, p,
+    widened p) of the free stages of theorem3; neither c_0 nor the widened p is in the code.
+    """
+
+    gains: Gains
     p: tuple[float, ...]
     u_max: float
+    c_0: float | None = None
+    stages: tuple[tuple[Gains, tuple[float, ...], tuple[float, ...]], ...] = ()
+    duration: float | None = None
 
     def constants(self) -> dict[str, float | int]:
         """Return the numbers by the names that the controllers give them."""
-        found: dict[str, float | int] = {}
-        for i, (gain, p) in enumerate(zip(self.gains, self.p, strict=True), start=1):
-            names = ("k", "M", "epsilon", "c", "N")
-            found |= {f"{name}_{i}": value for name, value in zip(names, gain, strict=True)}
-            found[f"p_{i}"] = p
+        found = _constants("", self.gains, self.p)
+        for number, (gains, p, _) in enumerate(self.stages, start=1):
+            found |= _constants(f"stage{number}_", gains, p)
+        if self.duration is not None:
+            found["T_s"] = self.duration
         return {**found, "U_MAX": self.u_max}
 
+    def obligations(self, plant: object) -> Obligations:
+        """Derive what must hold for this design of a plant."""
+        return derive(plant, self.gains, self.p, self.c_0, self.stages, self.duration)
 
-def _items(value: object, path: str, most: int) -> list[Any]:
-    if not isinstance(value, (list, tuple)) or len(value) > most:
-        raise MalformedError(f"{path}: a list of at most {most} entries is expected")
-    return list(value)
+
+def _constants(prefix: str, gains: Gains, p: Sequence[float]) -> dict[str, float | int]:
+    found: dict[str, float | int] = {}
+    for i, (gain, width) in enumerate(zip(gains, p, strict=True), start=1):
+        values = dict(zip(_SHAPE, gain, strict=False))
+        if len(gain) == len(_TALL):
+            values = dict(zip(_TALL, gain, strict=True))
+            found |= {f"{prefix}H_{i}_{j}": h for j, h in enumerate(values.pop("H"))}
+        found |= {f"{prefix}{name}_{i}": value for name, value in values.items()}
+        found[f"{prefix}p_{i}"] = width
+    return found
 
 
 def read_design(value: object) -> Design:
-    """Read gains, tube and clamp."""
-    design = fields(value, "design", "p gains U_MAX")
-    gains: list[tuple[float, float, float, float, int]] = []
-    for i, given in enumerate(_items(design["gains"], "design.gains", 12)):
-        path = f"design.gains[{i}]"
-        gain = fields(given, path, "k M epsilon c N")
+    """Read gains, tube and clamp; c_0 of theorem1, the stages of theorem3."""
+    design = fields(value, "design", "p gains U_MAX", "c_0 stages T_s")
+    keys = _TALL if "c_0" in design else _SHAPE
+    stages = []
+    for j, given in enumerate(_list(design.get("stages", []), "design.stages", _MOST_STAGES)):
+        path = f"design.stages[{j}]"
+        stage = fields(given, path, "p gains widened")
+        p, widened = (_read_doubles(stage[key], f"{path}.{key}") for key in ("p", "widened"))
+        stages.append((_read_gains(stage["gains"], f"{path}.gains", _SHAPE), p, widened))
+    gains, p = _read_gains(design["gains"], "design.gains", keys), _read_doubles(design["p"], "p")
+    c_0 = read_double(design["c_0"], "design.c_0") if "c_0" in design else None
+    if any(len(own) != len(gains) for own in (p, *(part for s in stages for part in s))):
+        raise MalformedError("design: not one gain and one p for every state")
+    duration = read_double(design["T_s"], "design.T_s") if "T_s" in design else None
+    peak = read_double(design["U_MAX"], "design.U_MAX")
+    return Design(gains, p, peak, c_0, tuple(stages), duration)
+
+
+def _read_gains(value: object, path: str, keys: Sequence[str]) -> Gains:
+    gains: list[tuple[Any, ...]] = []
+    for i, given in enumerate(_list(value, path, 12)):
+        gain = fields(given, f"{path}[{i}]", " ".join(keys))
         if type(gain["N"]) is not int:
-            raise MalformedError(f"{path}.N: an integer is expected")
-        k, M, epsilon, c = (read_double(gain[key], path) for key in ("k", "M", "epsilon", "c"))
-        gains.append((k, M, epsilon, c, gain["N"]))
-    p = tuple(read_double(item, "design.p") for item in _items(design["p"], "design.p", 12))
-    return Design(tuple(gains), p, read_double(design["U_MAX"], "design.U_MAX"))
+            raise MalformedError(f"{path}[{i}].N: an integer is expected")
+        numbers: dict[str, Any] = {"N": gain["N"]}
+        for key in keys:
+            if key == "H":
+                numbers[key] = _read_doubles(gain[key], f"{path}[{i}].H")
+            elif key != "N":
+                numbers[key] = read_double(gain[key], f"{path}[{i}]")
+        gains.append(tuple(numbers[key] for key in keys))
+    return tuple(gains)
+
+
+def _read_doubles(value: object, path: str) -> tuple[float, ...]:
+    return tuple(read_double(item, path) for item in _list(value, path, 12))
 
 
 def check_documents(plant: object, certificate: object) -> Report:
@@ -2755,7 +4559,7 @@ def _checked_documents(plant: object, certificate: object) -> tuple[Report, Obli
         raise MalformedError(f"certificate.json: format {top['format']!r}")
     text_of(top["tool"], "tool")
     design = read_design(top["design"])
-    obligations = derive(plant, design.gains, design.p)
+    obligations = design.obligations(plant)
     if not isinstance(plant, Mapping) or top["plant_sha256"] != plant["plant_sha256"]:
         raise MalformedError("plant_sha256: the certificate is about another plant file")
     if top["theorem"] != THEOREMS[obligations.problem.method]:
@@ -2780,7 +4584,7 @@ def _checked_documents(plant: object, certificate: object) -> tuple[Report, Obli
 
 def _claims(value: object) -> dict[str, dict[str, Any]]:
     claims: dict[str, dict[str, Any]] = {}
-    for j, given in enumerate(_items(value, "claims", 200)):
+    for j, given in enumerate(_list(value, "claims", 200)):
         claim = fields(given, f"claims[{j}]", "id uses proof", "lhs rhs")
         name = text_of(claim["id"], f"claims[{j}].id")
         if name in claims:
@@ -2805,7 +4609,7 @@ def _check_structure(claims: Mapping[str, Mapping[str, Any]], expected: list[Obl
     for name, claim in claims.items():
         if name not in by_id:
             raise MalformedError(f"claims: {name} is not an obligation of this plant")
-        uses = [text_of(use, f"{name}.uses") for use in _items(claim["uses"], name, 200)]
+        uses = [text_of(use, f"{name}.uses") for use in _list(claim["uses"], name, 200)]
         late = [use for use in uses if use in claims and use not in seen]
         if late:
             raise MalformedError(f"claims: {name} uses {late[0]}, which is not before it")
@@ -2856,16 +4660,20 @@ def check_claim(obligation: Obligation, proof: object) -> Result:
     """Check one proof: comparisons by their enclosures, goals by the trees that are hinted."""
     hint = fields(proof, f"{obligation.id}.proof", "kind", "trees")
     kind = hint["kind"]
-    allowed = {obligation.proof} | ({"bisect", "corner"} if obligation.pointwise else set())
+    allowed = {obligation.proof} | ({"bisect"} if obligation.pointwise else set())
+    allowed |= {"corner"} if obligation.pointwise and obligation.corner else set()
     if kind not in allowed or ("trees" in hint) == (kind in ("eval", "rational")):
         raise MalformedError(f"{obligation.id}: a proof by {kind!r} with these fields")
     first = obligation.comparisons[0] if obligation.comparisons else None
     lhs, rhs = (to_doubles(first.lhs), to_doubles(first.rhs)) if first else (None, None)
-    verdicts = [comparison.verdict() for comparison in obligation.comparisons]
-    verdict = next((v for v in ("refuted", "undecided") if v in verdicts), "proved")
-    detail, witness = "", None
-    if verdict != "proved" and first:
-        detail = f"{lhs} {first.relation} {rhs} does not hold"
+    failed = [c for c in obligation.comparisons if c.verdict() != "proved"]
+    verdict = next(
+        (v for v in ("refuted", "undecided") if v in map(Comparison.verdict, failed)), ""
+    )
+    verdict, detail, witness = verdict or "proved", "", None
+    if failed:
+        sides = (to_doubles(failed[0].lhs), to_doubles(failed[0].rhs))
+        detail = f"{sides[0]} {failed[0].relation} {sides[1]} does not hold"
     elif obligation.pointwise:
         verdict, detail, witness = _check_goals(obligation, kind, hint.get("trees"))
     point = tuple(sorted(witness.items())) if witness else ()
@@ -2876,7 +4684,7 @@ def _check_goals(
     obligation: Obligation, kind: str, trees: object
 ) -> tuple[str, str, dict[str, float] | None]:
     goals = obligation.corner if kind == "corner" else obligation.pointwise
-    hints = [[-1]] * len(goals) if trees is None else _items(trees, "trees", len(goals))
+    hints = [[-1]] * len(goals) if trees is None else _list(trees, "trees", len(goals))
     if len(hints) != len(goals):
         raise MalformedError(f"{obligation.id}: {len(goals)} trees are needed")
     held = all(check_tree(goal, tree) for goal, tree in zip(goals, hints, strict=True))
@@ -2897,7 +4705,7 @@ def check_tree(goal: Goal, tree: object) -> bool:
     """Walk a bisection tree in pre-order: a dimension to cut at the middle, or -1 for a leaf."""
     tape, box = goal.tape(goal.node)
     stack, held = [box], True
-    for entry in _items(tree, "trees", 4_000):
+    for entry in _list(tree, "trees", 4_000):
         if not stack:
             raise MalformedError("trees: entries are left over")
         part = stack.pop()
@@ -3052,7 +4860,8 @@ def _check_constants(path: str, source: str, name: str, design: Design) -> None:
             raise MalformedError(f"{path}: {line[:60]!r} among the certified constants")
         key = match.group(1)
         # What the law does not use (an exponent, a gain of 0) may stand in a comment.
-        if line.startswith("/*") and not (key[0] == "N" or _unused(key, wanted)):
+        exponent = re.fullmatch(r"(stage\d+_)?N_\d+", key)
+        if line.startswith("/*") and not (exponent or _unused(key, wanted)):
             raise MalformedError(f"{path}: {key} stands in a comment only")
         found[key] = match.group(2)
     rest = "\n".join([*lines[: starts[0]], *lines[ends[0] :]])
@@ -3101,24 +4910,35 @@ def _check_c(texts: Sequence[str], name: str, n: int, keys: Iterable[str]) -> No
     own = (f"#ifndef {name}_H", f"#define {name}_H", f"#define {name}_ORDER {n}")
     allowed = {*_GUARDS.splitlines(), *own, f'#include "{name}.h"'}
     kept: list[str] = []
+    opened = 0
     for text in texts:
         depth = 0
         for line in _C_TOKEN.sub(lambda token: token.group(1) or " ", text).splitlines():
             word = line.strip()
-            if "\\" in word or "%:" in word or "??" in word:
+            if any(sign in word for sign in ("\\", "%:", "??", "'", "<%")):
                 raise MalformedError(f"the C code: {word[:60]!r}: no controller needs that")
             if word.startswith("#"):
                 if word not in allowed and not word.startswith("#error "):
                     raise MalformedError(f"the C code: {word[:60]!r}: no controller needs that")
                 depth += word.startswith("#if") - word.startswith("#endif")
             elif depth == (text is texts[0]):
-                kept.append(word)
+                # Inside braces nothing is the constant of the file.
+                kept.append(f"{{ {word}" if opened else word)
+                opened += word.count("{") - word.count("}")
+            elif word not in ("", 'extern "C" {', "}"):
+                raise MalformedError(f"the C code: {word[:60]!r} for some compilers only")
     if kept.count(f"typedef double {name}_real;") != 1:
         raise MalformedError(f"{name}.h: {name}_real is not binary64")
+    if len(re.findall(r"\b(enum|union|goto|asm)\b", " ".join(kept))) > 1:
+        raise MalformedError(f"{name}.c: a second enum, or what no controller needs")
+    types = (
+        rf"\b(const|volatile|static|double|float|int|long|short|char|{name}_(real|state|status))"
+    )
     for key in sorted(keys):
         uses = [line for line in kept if re.search(rf"\b{name}_{key}\b", line)]
         form = f"static const {name}_real {name}_{key} = "
-        if uses and [line.startswith(form) for line in uses].count(True) != 1:
+        made = [line for line in uses if re.search(rf"{types}[\s*]+{name}_{key}\b", line)]
+        if uses and [line.startswith(form) for line in made] != [True]:
             raise MalformedError(f"{name}.c: {key} is not one constant of the file")
 
 
@@ -3131,8 +4951,18 @@ def screening_limits(obligations: Obligations) -> dict[str, int]:
         low, high = over_time(problem.reference or NOTHING, {}, 0)
         largest = max(-low[0], high[1])
     limits = {"y_d_limit": largest, "elapsed_limit": 10**6 * ONE}
-    for i, state in enumerate(problem.states):
-        limits[f"x_limit_{i + 1}"] = obligations.enclosures[f"X[{state}]"][1] + problem.delta[i][1]
+    if problem.center == "nominal" and problem.reference is None:
+        for k, bound in enumerate(problem.derivatives[1 : len(problem.states) + 1], start=1):
+            limits[f"y_d_limit_{k}"] = bound[1]
+    laws = obligations.laws
+    for i, delta in enumerate(problem.delta):
+        limits[f"x_limit_{i + 1}"] = max(law.reach[i] for law in laws) + delta[1]
+    # Without a new center one sample may pass over a stage whose errors nothing is known of.
+    left = laws[:-1] if problem.handover == "reanchor" else laws[:-1][:1]
+    for number, law in enumerate(left, start=1):
+        for i, limit in enumerate(law.limit):
+            # Computed in binary64 by who made the folder: a few ulp are no difference.
+            limits[f"stage{number}_limit_{i + 1}"] = limit - (limit >> 30)
     return limits
 
 
@@ -3171,7 +5001,7 @@ _IMPORTED = {
     "collections.abc": {"Sequence"},
     "math": {name for name in dir(math) if not name.startswith("_")},
 }
-_BUILTINS = {"abs", "bool", "float", "int", "len", "staticmethod", "property"}
+_BUILTINS = {"abs", "bool", "float", "int", "len", "staticmethod", "property", "tuple"}
 _BUILTINS |= {"OverflowError", "ValueError", "ZeroDivisionError"}
 
 
@@ -3216,7 +5046,8 @@ def _reason(item: ast.AST) -> str:
         return "" if plain and not item.level else f"an import from {item.module}"
     if isinstance(item, ast.Attribute):
         owner = item.value.id if isinstance(item.value, ast.Name) else ""
-        own = item.attr in ("status", "reset") or re.fullmatch(r"_[a-z][a-z0-9_]*", item.attr)
+        own = item.attr in ("status", "stage", "reset")
+        own = own or bool(re.fullmatch(r"_[a-z][a-z0-9_]*", item.attr))
         reads = owner == "math" and item.attr in _IMPORTED["math"]
         if (owner == "self" and own) or (reads and isinstance(item.ctx, ast.Load)):
             return ""
@@ -3233,38 +5064,130 @@ def _reason(item: ast.AST) -> str:
     )
 
 
+References = tuple[Any, Any]  # what is passed as y_d at a sample, and at the latch
+
+
+@dataclass(frozen=True, slots=True)
+class Memory:
+    """What a correct controller has latched: a start, and the switches since then.
+
+    ``moves`` are (time, measured error of x_1) of each handover that made a new center, and
+    ``renewed`` the time of the last one; all times are t - t_0.
+    """
+
+    start: tuple[float, ...]
+    stage: int = 0
+    moves: tuple[tuple[Fraction, Interval], ...] = ()
+    renewed: Fraction = Fraction(0)
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """Enclosures of u and of the measured errors, of the centers r_i, and the performance rho_i."""
+
+    u: Interval
+    errors: tuple[Interval, ...]
+    centers: tuple[Interval, ...]
+    levels: tuple[Interval, ...]
+
+
+def _level_at(rho: Rho, time: Fraction) -> Interval:
+    s = from_fraction(time)
+    if rho.end is None or s[0] < rho.end[1]:
+        return Tape(rho.node, ("t",)).value((s,))
+    return ZERO_I
+
+
 def law_enclosure(
     obligations: Obligations,
     time: Fraction,
     x: Sequence[float],
-    start: Sequence[float],
-    references: tuple[float, float] | None,
-) -> tuple[Interval, list[Interval]]:
-    """Enclose what a correct controller returns, and its measured errors' centers r_i.
+    memory: Memory,
+    references: References | None,
+) -> Step:
+    """Enclose what a correct controller computes in the stage that it is in.
 
-    time is t - t_0, x the sample, start the latched one, references (y_d, y_d at the latch) if
-    they are passed in. The rounding that the certificate allows is added step by step.
+    time is t - t_0, x the sample, references (y_d, y_d at the latch) if they are passed in. The
+    rounding that the certificate allows is added step by step.
     """
-    problem = obligations.problem
-    s = from_fraction(time)
+    problem, law = obligations.problem, obligations.laws[memory.stage]
+    following = obligations.center.following
+    if following is not None:
+        return _nominal_law(law, following, time, x, memory.start, references)
     if references is not None:
         y, y_0 = (from_fraction(Fraction(value)) for value in references)
     else:
         tape = Tape(problem.reference or NOTHING, ("t",))
-        y, y_0 = tape.value((s,)), tape.value((ZERO_I,))
-    phi, centers = ZERO_I, []
-    for i, (rho, gain) in enumerate(zip(problem.rhos, obligations.gains, strict=True)):
-        level = ZERO_I
-        if rho.end is None or s[0] < rho.end[1]:
-            level = Tape(rho.node, ("t",)).value((s,))
-        latched = from_fraction(Fraction(start[i]))
+        y, y_0 = tape.value((from_fraction(time),)), tape.value((ZERO_I,))
+    phi: Interval = ZERO_I
+    errors, centers, levels = [], [], []
+    for i, (rho, gain) in enumerate(zip(problem.rhos, law.gains, strict=True)):
+        level = _level_at(rho, time if i == 0 else time - memory.renewed)
+        latched = from_fraction(Fraction(memory.start[i]))
         r = add(y, mul(level, sub(latched, y_0))) if i == 0 else mul(level, latched)
-        centers.append(r)
-        slack = obligations.rounding[i]
+        for moment, moved in memory.moves if i == 0 else ():
+            r = add(r, mul(_level_at(rho, time - moment), moved))
+        slack = law.rounding[i]
         e = add(sub(from_fraction(Fraction(x[i])), r), phi)
-        phi = gain.phi((e[0] - slack, e[1] + slack))
-    slack = obligations.rounding[-1]
-    return (-phi[1] - slack, -phi[0] + slack), centers
+        e = (e[0] - slack, e[1] + slack)
+        phi = gain.phi(e, level)
+        errors.append(e)
+        centers.append(r)
+        levels.append(level)
+    slack = law.rounding[-1]
+    u = (-phi[1] - slack, -phi[0] + slack)
+    return Step(u, tuple(errors), tuple(centers), tuple(levels))
+
+
+def _nominal_law(
+    law: StageLaw,
+    following: Following,
+    time: Fraction,
+    x: Sequence[float],
+    start: Sequence[float],
+    references: Any,
+) -> Step:
+    centers, v = following.path.at(time, start, references)
+    phi: Interval = ZERO_I
+    errors = []
+    for r, gain, value, slack in zip(centers, law.gains, x, law.rounding, strict=False):
+        e = add(sub(from_fraction(Fraction(value)), r), phi)
+        errors.append((e[0] - slack, e[1] + slack))
+        phi = gain.phi(errors[-1], ONE_I)
+    slack = law.rounding[-1]
+    u = (v[0] - phi[1] - slack, v[1] - phi[0] + slack)
+    return Step(u, tuple(errors), tuple(centers), tuple(ONE_I for _ in errors))
+
+
+def follow(
+    obligations: Obligations,
+    time: Fraction,
+    x: Sequence[float],
+    memory: Memory,
+    references: References | None,
+) -> tuple[Step, Memory]:
+    """Leave every stage whose half-widths the sample is outside of, as docs/theory.md section 8."""
+    while True:
+        step = law_enclosure(obligations, time, x, memory, references)
+        stays = obligations.laws[memory.stage].stays
+        if stays is None:
+            return step, memory
+        widths = [from_fraction(p) for p in stays]
+        pairs = list(zip(step.errors, widths, strict=True))
+        if all(-p[0] <= e[0] and e[1] <= p[0] for e, p in pairs):
+            return step, memory
+        if not any(e[0] > p[1] or e[1] < -p[1] for e, p in pairs):
+            raise UndecidedError("a sample on the border between two stages")
+        if obligations.problem.handover == "containment":
+            memory = replace(memory, stage=memory.stage + 1)
+            continue
+        # x_1(0) belongs to the offset, which stays; the others start anew.
+        memory = Memory(
+            start=(memory.start[0], *x[1:]),
+            stage=memory.stage + 1,
+            moves=(*memory.moves, (time, step.errors[0])),
+            renewed=time,
+        )
 
 
 class _Screened(importlib.abc.InspectLoader):
@@ -3282,9 +5205,11 @@ class _Screened(importlib.abc.InspectLoader):
 def check_controller(path: Path, obligations: Obligations, design: Design) -> int:
     """Run controller.py on 200 samples inside the tube; each u must be in its enclosure.
 
-    Eight starts, 25 samples each, from a fixed sequence; the times reach from 0 to 9e5 s and a
-    sample is made from errors chosen inside the tube. A law with another sign, gain or formula
-    is far outside. After each start come samples that no law may be applied to, and one that is
+    Eight starts, 25 samples each, from a fixed sequence; the times reach from 0 to 9e5 s (of
+    center nominal every second start has eight below T_s) and a sample is made from errors chosen
+    inside the tube. A law with another sign, gain or formula is far outside. Of a law in stages
+    seven starts are driven out of every stage, three of them late; its stage must be the right one
+    at each sample. After each start come samples that no law may be applied to, and one that is
     outside the tube: the status must say so.
     """
     sys.dont_write_bytecode = True
@@ -3301,32 +5226,46 @@ def check_controller(path: Path, obligations: Obligations, design: Design) -> in
         return lo + (hi - lo) * (state / (1 << 64))
 
     problem = obligations.problem
-    count = 0
+    count, last = 0, len(obligations.laws)
     try:
         spec.loader.exec_module(module)
-        for _ in range(8):
+        for run in range(8):
             controller = module.Controller()
             t_0 = draw(0.0, 10.0)
             bound = problem.reference_bounds if problem.reference is None else None
             start = [draw(lo / ONE, hi / ONE) for lo, hi in problem.starts]
-            first, previous = 0.0, t_0
+            first: float | list[float] = 0.0
+            previous, memory = t_0, Memory(tuple(start))
+            # Every second sample from here on leaves a stage.
+            leaves = (0, 3, 13)[(run > 0) + (run > 4)]
             if bound:
                 first = _possible_reference(problem, start[0], draw(-1.0, 1.0))
+                first = _with_derivatives(problem, first, draw)
             for j in range(25):
                 late = 9e5 * 10.0 ** ((j - 24) / 2.0) * draw(0.5, 1.0)
-                t = t_0 + ((j / 24.0) ** 2 * draw(20.0, 40.0) if j < 13 else late) if j else t_0
+                early = draw(20.0, 40.0) if 0 < j < 13 else 0.0
+                if design.duration is not None and run % 2:
+                    early = min(early, 8.0 * design.duration)
+                t = t_0 + ((j / 24.0) ** 2 * early if j < 13 else late) if j else t_0
                 previous = t = max(t, previous)
-                y = first if not (bound and j) else draw(-1.0, 1.0) * (bound[0][0] / ONE)
+                y = first
+                if bound and j:
+                    y = draw(-1.0, 1.0) * (bound[0][0] / ONE)
+                    y = _with_derivatives(problem, y, draw)
                 references = (y, first) if bound else None
                 elapsed = Fraction(t) - Fraction(t_0)
                 x = list(start)
                 if j:
-                    x = _sample(obligations, elapsed, start, references, draw)
+                    leaving = run + j if leaves and j >= leaves and (j - leaves) % 2 == 0 else None
+                    x = _sample(obligations, elapsed, memory, references, draw, leaving)
                 u = controller.step(t, x, y) if bound else controller.step(t, x)
-                expected, _ = law_enclosure(obligations, elapsed, x, start, references)
-                _judge_command(u, controller.status, expected, design.u_max)
+                expected, memory = follow(obligations, elapsed, x, memory, references)
+                _judge_command(u, controller.status, expected.u, design.u_max)
+                if last > 1:
+                    _judge_stage(controller.stage, memory.stage + 1)
                 count += 1
-            _judge_refusals(controller, (t_0, t), (x, u), (y,) if bound else (), obligations)
+            widths = obligations.laws[memory.stage].widths
+            _judge_refusals(controller, (t_0, t), (x, u), (y,) if bound else (), widths[-1])
     except MalformedError:
         raise
     except Exception as error:  # noqa: BLE001
@@ -3338,8 +5277,8 @@ def _judge_refusals(
     controller: Any,
     times: tuple[float, float],
     last: tuple[Sequence[float], float],
-    references: Sequence[float],
-    obligations: Obligations,
+    references: Sequence[Any],
+    width: Fraction,
 ) -> None:
     """Pass samples after the last one that no law may be applied to, or that left the tube."""
     (t_0, t), (x, u) = times, last
@@ -3354,10 +5293,20 @@ def _judge_refusals(
         if type(held) is not float or held != u or int.__add__(controller.status, 0) != wanted:
             raise MalformedError("controller.py: a bad sample is not answered by holding u")
     # Further out by more than p_n + eta_n < 2 p_n, to the side where e_n is already.
-    beyond = math.copysign(2.1 * float(obligations.half_widths[-1]), -u)
+    beyond = math.copysign(2.1 * float(width), -u)
     controller.step(t, [*x[:-1], x[-1] + beyond], *references)
     if int.__add__(controller.status, 0) not in (1, 2):
         raise MalformedError("controller.py: a sample outside the tube is answered with OK")
+
+
+def _with_derivatives(
+    problem: Problem, y: float, draw: Callable[[float, float], float]
+) -> float | list[float]:
+    """Return what is passed as the reference: center nominal wants y_d, dy_d, .. up to order n."""
+    if problem.center == "performance":
+        return y
+    bounds = problem.derivatives[1 : len(problem.states) + 1]
+    return [y, *(draw(-1.0, 1.0) * (bound[0] / ONE) for bound in bounds)]
 
 
 def _possible_reference(problem: Problem, x: float, share: float) -> float:
@@ -3371,20 +5320,33 @@ def _possible_reference(problem: Problem, x: float, share: float) -> float:
 def _sample(
     obligations: Obligations,
     elapsed: Fraction,
-    start: Sequence[float],
-    references: tuple[float, float] | None,
+    memory: Memory,
+    references: References | None,
     draw: Callable[[float, float], float],
+    leaving: int | None,
 ) -> list[float]:
-    """Build a measured state from errors inside the tube."""
-    _, centers = law_enclosure(obligations, elapsed, start, start, references)
+    """Build a measured state from errors inside the tube, one beyond it to leave a stage.
+
+    ``leaving`` says which error that is (modulo n); it stays within the widened tube.
+    """
+    law = obligations.laws[memory.stage]
+    now = law_enclosure(obligations, elapsed, memory.start, memory, references)
     x: list[float] = []
     phi = 0.0
-    for center, p, gain in zip(centers, obligations.half_widths, obligations.gains, strict=True):
-        e = draw(-0.999, 0.999) * float(p)
+    inside = law.stays or law.widths
+    for i, (center, level) in enumerate(zip(now.centers, now.levels, strict=True)):
+        e = draw(-0.999, 0.999) * float(inside[i])
+        if leaving is not None and law.stays is not None and i == leaving % len(inside):
+            e = math.copysign(float((inside[i] + 9 * law.widths[i]) / 10), e)
         x.append((center[0] + center[1]) / (2 * ONE) + e - phi)
-        lo, hi = gain.phi(from_fraction(Fraction(e)))
+        lo, hi = law.gains[i].phi(from_fraction(Fraction(e)), level)
         phi = (lo + hi) / (2 * ONE)
     return x
+
+
+def _judge_stage(stage: object, expected: int) -> None:
+    if type(stage) is not int or stage != expected:
+        raise MalformedError(f"controller.py: stage {stage!r} where {expected} is in force")
 
 
 def _judge_command(u: object, status: object, expected: Interval, u_max: float) -> None:
