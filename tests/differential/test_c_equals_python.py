@@ -180,9 +180,12 @@ def states(
     module: ModuleType, y_d: NDArray[np.float64], random: np.random.Generator
 ) -> NDArray[np.float64]:
     """Two thirds at errors of the size of the tube, one third anywhere up to the limits."""
-    k, M, epsilon, c, N, p = (
-        constants(module, stem) for stem in ("k", "M", "epsilon", "c", "N", "p")
-    )
+    c, N, p = (constants(module, stem) for stem in ("c", "N", "p"))
+    if hasattr(module, "gamma_1"):
+        heights = [getattr(module, f"H_{i + 1}_0") for i in range(len(p))]
+        k, M, epsilon = constants(module, "gamma") * heights, np.zeros(len(p)), np.ones(len(p))
+    else:
+        k, M, epsilon = (constants(module, stem) for stem in ("k", "M", "epsilon"))
     limits, shape = constants(module, "x_limit"), (len(y_d), len(p))
     e = random.uniform(-1.05, 1.05, shape) * p
     phi = k * e + M * np.tanh(M * e / epsilon) + c * e**N
@@ -218,8 +221,13 @@ def test_c_and_python_agree_in_every_bit(name: str, tmp_path: Path) -> None:
 
 
 def test_every_committed_controller_agrees_with_its_c(tmp_path: Path) -> None:
-    folders = sorted(path.parent for path in ROOT.glob("generated/*/controller.py"))
-    assert folders
+    # Laws in stages and center nominal have their own samples, in the two files beside this one.
+    folders = sorted(
+        path.parent
+        for path in ROOT.glob("generated/*/controller.py")
+        if not re.search("^(stage1_|T_s = )", path.read_text(), re.MULTILINE)
+    )
+    assert len(folders) > 5
     for folder in folders:
         copy = tmp_path / folder.name
         shutil.copytree(folder, copy, ignore=shutil.ignore_patterns("__pycache__", "build"))

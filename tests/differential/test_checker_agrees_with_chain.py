@@ -132,17 +132,26 @@ def test_the_two_chains_agree_within_the_enclosures(name: str, tmp_path: Path) -
 
 
 FOLDERS = sorted(path.parent for path in (ROOT / "generated").glob("*/certificate.json"))
+# The other methods and centers have chains of their own, and files of their own beside this one.
+PLAIN = [
+    folder
+    for folder in FOLDERS
+    if json.loads((folder / "certificate.json").read_text())["design"].keys()
+    == {"p", "gains", "U_MAX"}
+]
 
 
 def test_every_generated_folder_is_proved_and_its_two_chains_agree() -> None:
     for folder in FOLDERS:
+        assert checker.verify_folder(folder).verdict == "proved", folder.name
+    for folder in PLAIN:
         design = restore(folder)
         assert compare(folder / "plant.yaml", design.gains, design.omega) > 10
-        assert checker.verify_folder(folder).verdict == "proved", folder.name
 
 
 def test_every_generated_design_with_half_its_gains_is_refused() -> None:
-    for folder in FOLDERS:
+    assert len(PLAIN) > 5
+    for folder in PLAIN:
         design = restore(folder)
         weak = tuple(
             Shape(k=s.k / 2, M=s.M / 2, epsilon=s.epsilon, c=s.c / 2, N=s.N) for s in design.gains
