@@ -182,7 +182,29 @@ def outside_constants(before: str, after: str) -> list[tuple[str, str]]:
 
 
 FLOAT = "typedef double reviewed_real;"
+USES = "    const bool started = (s->started != 0);\n"
 C_FORGERIES = [
+    # A quote in quotes: what follows looks like a comment, and is none.
+    (
+        SOURCE,
+        [(f"/* {BEGIN} */", f"static const char q = '\"'; /* \"\n/* {BEGIN} */")],
+        "no controller needs that",
+    ),
+    # Another declaration gives a constant's name another meaning.
+    (SOURCE, [(USES, f"{USES}    enum {{ reviewed_p_1 }};\n")], "a second enum"),
+    (
+        SOURCE,
+        [(USES, f"{USES}    const reviewed_real reviewed_p_1 = 9.0;\n")],
+        "reviewed.c",
+    ),
+    (
+        SOURCE,
+        [
+            (f"/* {BEGIN} */", f"static void unused(void)\n{{\n/* {BEGIN} */"),
+            (f"/* {END} */", f"/* {END} */\n}}\nstatic const reviewed_real reviewed_p_1;"),
+        ],
+        "is not one constant of the file",
+    ),
     # file, replacements, words of the answer
     (SOURCE, outside_constants("#if 0", "\n#endif"), "'#if 0': no controller needs that"),
     (SOURCE, around_constants("#if 0", "#endif"), "'#if 0' among the certified constants"),
@@ -293,20 +315,11 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path.parent / "folder"
 
 
-USES = "    const bool started = (s->started != 0);\n"
 BEYOND = [
     # file, replacements: nothing that 200 samples or the text of the constants would show
     (PYTHON, [(GOOD_LAW, "u = 0.0 - phi_2 if not 7.0 < t < 7.000001 else phi_2")]),
     (PYTHON, [("elapsed_limit = 1000000.0", "elapsed_limit = 1000001.0")]),
     (SOURCE, [("command = 0.0 - phi_2", "command = 0.0 + phi_2")]),
-    (SOURCE, [(USES, f"{USES}    enum {{ reviewed_p_1 }};\n")]),
-    (
-        SOURCE,
-        [
-            (f"/* {BEGIN} */", f"static void unused(void)\n{{\n/* {BEGIN} */"),
-            (f"/* {END} */", f"/* {END} */\n}}\nstatic const reviewed_real reviewed_p_1;"),
-        ],
-    ),
 ]
 
 
