@@ -153,11 +153,16 @@ def claims_of(obligations: Obligations, forms: Mapping[str, str]) -> tuple[Claim
     tuple[Claim, ...]
         Checks of the plant file, then the chain state by state, then the gain inequalities.
     """
-    method = obligations.problem.method
-    if method not in EXPORTED:
+    problem = obligations.problem
+    if problem.method not in EXPORTED:
         raise UsageError(
-            f"{obligations.problem.name}: claims of method {method} are not available in this"
+            f"{problem.name}: claims of method {problem.method} are not available in this"
             " version; fix: export a design of method unified or theorem2"
+        )
+    if problem.center != "performance":
+        raise UsageError(
+            f"{problem.name}: claims of center {problem.center} are not available in this"
+            " version; fix: export a design of center performance"
         )
     expected = checker.expected_claims(obligations, list(forms))
     chain = Chain(obligations)

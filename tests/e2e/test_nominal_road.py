@@ -134,6 +134,13 @@ def test_python_alone_proves_the_folder(made):
     assert {entry["id"].replace(".room", "") for entry in report["inequalities"]} <= found
 
 
+def test_its_claims_are_not_exported(made, capsys):
+    _, folder, _ = made
+    assert main(["export", str(folder), "--to", "smt2"]) == 2
+    assert "claims of center nominal" in capsys.readouterr().err
+    assert not (folder / "interop").exists()
+
+
 def test_the_report_says_what_the_center_is(made):
     _, folder, report = made
     require_sums(report)

@@ -294,6 +294,10 @@ def test_a_plant_outside_of_what_is_proved_is_malformed(keys: dict[str, Any]) ->
     assert report.exit_code == 2
 
 
+# Seconds of processor time: a bomb that goes off takes minutes or for ever.
+HANG = 30.0
+
+
 @pytest.mark.parametrize(
     "text",
     [
@@ -324,12 +328,12 @@ def test_a_plant_outside_of_what_is_proved_is_malformed(keys: dict[str, Any]) ->
     ],
 )
 def test_what_is_no_expression_is_never_evaluated(text: str) -> None:
-    begun = time.perf_counter()
+    begun = time.process_time()
     if text == "x\u0031":
         assert answer(document(text)).verdict == "proved"
     else:
         assert answer(document(text)).verdict in ("malformed", "undecided")
-    assert time.perf_counter() - begun < 2.0
+    assert time.process_time() - begun < HANG
 
 
 @pytest.mark.parametrize(
@@ -347,9 +351,9 @@ def test_what_is_no_expression_is_never_evaluated(text: str) -> None:
     ],
 )
 def test_a_bomb_is_answered_in_time(f: str) -> None:
-    begun = time.perf_counter()
+    begun = time.process_time()
     report = answer(document(f))
-    assert time.perf_counter() - begun < 5.0
+    assert time.process_time() - begun < HANG
     assert report.verdict in ("proved", "refuted", "undecided", "malformed")
     # sin and tanh are bounded by 1 wherever their arguments are.
     assert (report.verdict == "proved") >= f.startswith(("sin(1e300", "tanh("))
