@@ -25,8 +25,9 @@ _REFINEMENTS = 4
 _DIGITS = 3
 # A gain this small does not justify another octave.
 _FLAT = 1e-4
-# What half the time is worth: where the cost is flat, the shorter transition is taken.
-_PER_OCTAVE = 1e-3
+# What half the time is worth, and all that it may cost: where the cost is flat, the shorter
+# transition is taken.
+_PATIENCE = 1e-3
 
 
 def choose_transition(
@@ -55,7 +56,8 @@ def choose_transition(
     References
     ----------
     docs/theory.md section 4: a short T_s costs feedforward, a long one tracks late. No shorter
-    T_s that was tried costs less; a longer one may, by a thousandth for twice the time.
+    T_s that was tried costs less; a longer one may, by a thousandth for twice the time, and no
+    more than that for any.
     """
     progress("choosing the transition time")
     candidates = _Candidates(pose)
@@ -67,8 +69,9 @@ def choose_transition(
         return candidates.least_feedforward()
     step = math.sqrt(2.0)
     for _ in range(_REFINEMENTS):
-        around = (best, to_digits(best / step, _DIGITS), to_digits(best * step, _DIGITS))
-        best = min(around, key=candidates.price)
+        for neighbour in (best / step, best * step):
+            candidates.cost(to_digits(neighbour, _DIGITS))
+        best = candidates.preferred()
         step = math.sqrt(step)
     return best
 
@@ -83,7 +86,7 @@ class _Candidates:
         self._feedforward: dict[float, float] = {}
         self._failure: EnvelopeError | None = None
         # Gains that are all given cost the same: only the room in their inequalities counts.
-        self._per_octave = 0.0
+        self._patience = 0.0
 
     def without_limit(self) -> _Candidates:
         """Ask the same problems for the least peak input only."""
@@ -102,7 +105,7 @@ class _Candidates:
 
     def price(self, transition: float) -> float:
         """Return the cost and what the time itself is worth."""
-        return self.cost(transition) + self._per_octave * math.log2(transition)
+        return self.cost(transition) + self._patience * math.log2(transition)
 
     def best_on_grid(self) -> float:
         """Best of the grid, which grows at an end as long as that helps."""
@@ -116,7 +119,13 @@ class _Candidates:
                 tried.append((self.price(_at(k + side)), k + side))
                 if self.cost(_at(k + side)) > self.cost(_at(k)) - _FLAT:
                     break
-        return _at(min(tried)[1])
+        return self.preferred()
+
+    def preferred(self) -> float:
+        """Return the least price among what costs hardly more than the best."""
+        enough = min(self._costs.values()) + self._patience
+        near = [at for at, cost in self._costs.items() if cost <= enough]
+        return min(near, key=self.price)
 
     def least_feedforward(self) -> float:
         """T_s of the smallest sup|v|."""
@@ -142,7 +151,7 @@ class _Candidates:
         self._known[transition] = found
         if free:
             weights = problem.weights
-            self._per_octave = _PER_OCTAVE * max(weights.peak_input, weights.slope)
+            self._patience = _PATIENCE * max(weights.peak_input, weights.slope)
         # Gains that are all given have no best cost, only a T_s that leaves them most room.
         return found.cost if free else found.shortfall
 
