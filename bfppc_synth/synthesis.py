@@ -34,7 +34,7 @@ from bfppc_synth.model.certificate import Certificate, Inequality, Verdict
 from bfppc_synth.model.design import Design
 from bfppc_synth.model.shapes import Shape
 from bfppc_synth.model.spec import CenterKind, Form, Method, Objective
-from bfppc_synth.synthesis_nominal import prepare_nominal
+from bfppc_synth.synthesis_nominal import around_performance, nominal_if_any
 from bfppc_synth.synthesis_theorem1 import (
     prepare_theorem1,
     read_proof,
@@ -126,7 +126,10 @@ def prepare(
 ) -> tuple[DesignProblem, SignalBounds]:
     """Build the plant, its majorants and signal bounds, and the problem to solve."""
     if spec.synthesis.center is CenterKind.NOMINAL:
-        return prepare_nominal(spec, _weights(spec), MARGINS[0], progress, transition=transition)
+        found = nominal_if_any(spec, _weights(spec), MARGINS[0], progress, transition=transition)
+        if found is not None:
+            return found
+        spec = around_performance(spec)
     progress("bounding the plant")
     plant = build_plant(spec)
     try:
@@ -189,12 +192,14 @@ def restore(folder: Path) -> Design:
             " folder that bfppc-synth wrote"
         ) from error
     spec = load_spec(folder / "plant.yaml")
+    if document["center"] == CenterKind.PERFORMANCE:
+        spec = around_performance(spec)
     problem, signals = prepare(spec, transition=document["performance"].get("transition"))
     found = Judge(problem).best(shapes, widths)
     if found is None or len(shapes) != spec.order:
         raise UsageError(f"{folder}: the gains of report.json do not fit plant.yaml")
-    certificate = replace(_judged_in_floats(problem, found), verdict=verdict, document=proved)
-    return _design(problem, signals, found, certificate)
+    judged = _judged_in_floats(problem, found)
+    return _design(problem, signals, found, replace(judged, verdict=verdict, document=proved))
 
 
 def _of_theorem1(spec: PlantSpec) -> Theorem1Problem:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bfppc_synth.bounds.admission import admit, misplaced_term
@@ -14,7 +15,7 @@ from bfppc_synth.gains.methods.unified import Unified
 from bfppc_synth.gains.problem import DesignProblem, fixed_gains
 from bfppc_synth.gains.transition import choose_transition
 from bfppc_synth.majorants.derive import derive_majorants
-from bfppc_synth.model.spec import Anchor, Method, ReferenceKind
+from bfppc_synth.model.spec import Anchor, CenterKind, Method, ReferenceKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -25,8 +26,8 @@ if TYPE_CHECKING:
     from bfppc_synth.model.spec import PlantSpec
 
 _REFERENCE_FIX = (
-    "supply it at run time with n + 2 bounds on it and its derivatives, or use"
-    " `center: performance`"
+    "give {value, bound, rate} with `center: performance`, or supply it at run time with n + 2"
+    " bounds on it and its derivatives"
 )
 _DERIVATIVES_FIX = (
     "give the reference as an expression without bounds, or use `center: performance`"
@@ -35,6 +36,33 @@ _DERIVATIVES_FIX = (
 
 def _silent(message: str) -> None:
     del message
+
+
+def nominal_if_any(
+    spec: PlantSpec,
+    weights: Weights,
+    margin: float,
+    progress: Callable[[str], None] = _silent,
+    *,
+    transition: float | None = None,
+) -> tuple[DesignProblem, SignalBounds] | None:
+    """Return None instead of an error where the file does not ask for this center itself.
+
+    What the reader takes for a known model by its text may still have a pole on the way, or a
+    reference without an enclosure; center performance then says what is wrong, or works.
+    """
+    try:
+        return prepare_nominal(spec, weights, margin, progress, transition=transition)
+    except PlantFileError:
+        if spec.gives("synthesis.center"):
+            raise
+    progress("no center that the nominal plant can follow: taking center performance")
+    return None
+
+
+def around_performance(spec: PlantSpec) -> PlantSpec:
+    """Return the same plant file with center performance."""
+    return replace(spec, synthesis=replace(spec.synthesis, center=CenterKind.PERFORMANCE))
 
 
 def prepare_nominal(

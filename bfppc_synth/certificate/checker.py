@@ -1532,7 +1532,7 @@ def _derivatives(value: object) -> tuple[Interval, ...]:
 
 def _fixed_duration(synthesis: Mapping[str, Any], performance: Mapping[str, Any]) -> Fixed:
     """Read T_s where center nominal finds it in the file."""
-    if synthesis["center"] != "nominal" or "transition" not in performance:
+    if synthesis["center"] == "performance" or "transition" not in performance:
         return ()
     return (("T_s", at_least(1, performance["transition"], "performance.transition")),)
 
@@ -1568,11 +1568,13 @@ def _synthesis(value: object) -> dict[str, Any]:
     allowed = {
         "method": ("unified", "theorem1", "theorem2", "theorem3"),
         "form": ("sound",),
-        "center": ("performance", "nominal"),
+        "center": ("open", "performance", "nominal"),
         "bounds": ("termwise",),
         "anchor": ("latched", "exact"),
         "handover": ("reanchor", "containment"),
     }
+    if synthesis.get("center") == "open":
+        raise MalformedError("synthesis.center: performance or nominal is expected")
     for key, values in allowed.items():
         synthesis[key] = text_of(synthesis.get(key, values[0]), f"synthesis.{key}")
         if synthesis[key] not in values:
@@ -3486,9 +3488,9 @@ def _derived(
         tall = tuple(tall_of(g, f"gains[{i}]") for i, g in enumerate(_each(problem, gains)))
         return _Theorem1(problem, tall, p, Fraction(c_0)).obligations()
     shapes = _shapes(problem, gains)
-    if (duration is not None) != (problem.center == "nominal"):
-        raise MalformedError("design: T_s belongs to center nominal, and only there")
+    problem = _with_center(problem, "performance" if duration is None else "nominal")
     if duration is not None:
+        _check_nominal(problem)
         if not Fraction(1, 10**6) <= duration <= 10**6:
             raise MalformedError("design.T_s: from 1e-6 to 1e6 s")
         return _Chain(problem, shapes, p, nominal_center(problem, Fraction(duration))).obligations()
@@ -3505,6 +3507,19 @@ def _derived(
         stage.watch(_widths(problem, given[1]))
         free.append(stage)
     return _Chain(problem, shapes, p, center_after(center, free), free).obligations()
+
+
+def _with_center(problem: Problem, chosen: str) -> Problem:
+    """Take the center of the design, where the file leaves it open.
+
+    Either theorem is about such a plant: without declared bounds f* and g* are made of f and g.
+    """
+    bounded = any(c.f_bound is not None or c.g_bound is not None for c in problem.channels)
+    asked = "performance" if problem.center == "open" and bounded else problem.center
+    if asked not in (chosen, "open"):
+        raise MalformedError("design: T_s belongs to center nominal, and only there")
+    kept = tuple(pair for pair in problem.fixed if chosen == "nominal" or pair[0] != "T_s")
+    return replace(problem, center=chosen, fixed=kept)
 
 
 def _each(problem: Problem, values: Sequence[Any]) -> Sequence[Any]:

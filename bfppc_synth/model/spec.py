@@ -198,7 +198,7 @@ class SamplingSpec:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ActuatorSpec:
-    """The limit that the certified peak input keeps, and the actuator error bound."""
+    """The limit that U keeps, and the actuator error bound."""
 
     limit: Constant | None
     error: Constant
@@ -288,6 +288,10 @@ class PlantSpec:
     def source_bytes(self) -> bytes:
         """The bytes of the plant file; their SHA-256 is ``sha256``."""
         return self.source.encode()
+
+    def gives(self, path: str) -> bool:
+        """Whether the file itself has this dotted path."""
+        return path in dict(self.places)
 
     def place(self, path: str) -> Place:
         """Place of a dotted path, or of its nearest ancestor that the file has."""
