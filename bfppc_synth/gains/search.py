@@ -29,7 +29,12 @@ AGREEMENT = 1e-3
 NEARLY_LINEAR = 0.1
 
 
-def search(problem: DesignProblem, progress: Callable[[str], None]) -> Evaluation | None:
+def search(
+    problem: DesignProblem,
+    progress: Callable[[str], None],
+    *,
+    resume: Evaluation | None = None,
+) -> Evaluation | None:
     """Find the best rounded candidate.
 
     Parameters
@@ -38,6 +43,8 @@ def search(problem: DesignProblem, progress: Callable[[str], None]) -> Evaluatio
         What is fixed, free and wanted.
     progress : callable
         Receives one sentence per solve.
+    resume : Evaluation, optional
+        What a similar problem found: the only start where it leads anywhere.
 
     Returns
     -------
@@ -58,7 +65,8 @@ def search(problem: DesignProblem, progress: Callable[[str], None]) -> Evaluatio
     best: Evaluation | None = None
     for pattern in dict.fromkeys((first, second)):
         found = [
-            _solve(judge, pattern, alternative, progress) for alternative in _alternatives(problem)
+            _solve(judge, pattern, alternative, progress, resume)
+            for alternative in _alternatives(problem)
         ]
         for candidate in found:
             if candidate is not None and (best is None or candidate.cost < best.cost):
@@ -87,11 +95,18 @@ def _solve(
     pattern: tuple[Terms, ...],
     alternative: str,
     progress: Callable[[str], None],
+    resume: Evaluation | None,
 ) -> Evaluation | None:
     problem = judge.problem
     free = slots(problem, pattern)
     program = Program(problem, free, alternative)
     best: Evaluation | None = None
+    begin = None if resume is None else _resumed(resume, free)
+    solution = None if begin is None else program.solve(*begin)
+    if solution is not None:
+        best = _rounded(judge, solution, alternative)
+        if best is not None:
+            return best
     for number, ratio in enumerate(STARTS, start=1):
         progress(f"solving the gain inequalities ({alternative}), start {number}")
         begin = _begin(judge, free, ratio)
@@ -133,6 +148,27 @@ def _linearized(problem: DesignProblem, solution: Mapping[Slot, float]) -> dict[
             del values[slot], values[bend]
             values[Slot(kind=Kind.LINEAR, step=slot.step)] = level
     return values
+
+
+def _resumed(known: Evaluation, free: tuple[Slot, ...]) -> tuple[dict[Slot, float], float] | None:
+    """Start where another problem's search ended; None where a free term is 0 there."""
+    values: dict[Slot, float] = {}
+    for slot in free:
+        shape, p = known.shapes[slot.step], known.half_widths[slot.step]
+        # A tanh that was replaced by the linear term is resumed as one that hardly bends.
+        bent = shape.M > 0.0
+        bend = shape.M * p / shape.epsilon if bent else NEARLY_LINEAR
+        values[slot] = {
+            Kind.WIDTH: p,
+            Kind.LINEAR: shape.k * p,
+            Kind.TANH: shape.M * math.tanh(bend) if bent else shape.k * p,
+            Kind.BEND: bend,
+            Kind.HEIGHT: shape.M,
+            Kind.POWER: shape.c * p**shape.N,
+        }[slot.kind]
+    if not all(value > 0.0 for value in values.values()):
+        return None
+    return values, 0.7 * known.half_widths[-1]
 
 
 def _begin(

@@ -14,15 +14,19 @@ from bfppc_synth.gains.search import search
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from bfppc_synth.gains.evaluation import Evaluation
     from bfppc_synth.gains.problem import DesignProblem
 
-# Octaves of a second; beyond the ends only while that still helps.
-_FIRST = tuple(range(-3, 6))
+# Octaves of a second, from the middle outward: what one costs tells which others cannot pay.
+# Beyond the ends only while that still helps.
+_FIRST = (1, 0, 2, -1, 3, -2, 4, -3, 5)
 _FURTHEST = 14
 _REFINEMENTS = 4
 _DIGITS = 3
 # A gain this small does not justify another octave.
 _FLAT = 1e-4
+# A start that is over in half the time is worth this much more of what is minimized.
+_AS_GOOD = 1e-3
 
 
 def choose_transition(
@@ -50,7 +54,8 @@ def choose_transition(
 
     References
     ----------
-    docs/theory.md section 4: a short T_s costs feedforward, a long one tracks late.
+    docs/theory.md section 4: a short T_s costs feedforward, a long one tracks late. Where the
+    cost is flat, a T_s half as long or shorter is preferred for a thousandth more.
     """
     progress("choosing the transition time")
     candidates = _Candidates(pose)
@@ -65,7 +70,7 @@ def choose_transition(
         around = (best, to_digits(best / step, _DIGITS), to_digits(best * step, _DIGITS))
         best = min(around, key=candidates.cost)
         step = math.sqrt(step)
-    return best
+    return candidates.shortest(best)
 
 
 class _Candidates:
@@ -74,6 +79,7 @@ class _Candidates:
     def __init__(self, pose: Callable[[float], DesignProblem]) -> None:
         self._pose = pose
         self._costs: dict[float, float] = {}
+        self._known: dict[float, Evaluation] = {}
         self._feedforward: dict[float, float] = {}
         self._failure: EnvelopeError | None = None
 
@@ -106,6 +112,15 @@ class _Candidates:
                     break
         return _at(min(tried)[1])
 
+    def shortest(self, best: float) -> float:
+        """Shortest T_s tried that costs hardly more than the best and takes half its time."""
+        problem = self._pose(best)
+        # Room in the inequalities, the measure of given gains, is nothing to trade.
+        weight = max(problem.weights.peak_input, problem.weights.slope) * is_free(problem)
+        enough = self.cost(best) + _AS_GOOD * weight
+        short = (at for at, cost in self._costs.items() if at <= 0.5 * best and cost <= enough)
+        return min(short, default=best)
+
     def least_feedforward(self) -> float:
         """T_s of the smallest sup|v|."""
         if not self._feedforward:
@@ -122,9 +137,12 @@ class _Candidates:
         free = is_free(problem)
         if free and self._is_hopeless(problem):
             return math.inf
-        found = search(problem, lambda _message: None)
+        near = min(self._known, key=lambda at: abs(math.log(at / transition)), default=None)
+        known = None if near is None else self._known[near]
+        found = search(problem, lambda _message: None, resume=known)
         if found is None:
             return math.inf
+        self._known[transition] = found
         # Gains that are all given have no best cost, only a T_s that leaves them most room.
         return found.cost if free else found.shortfall
 
