@@ -6,12 +6,8 @@ import json
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from bfppc_synth.bounds.admission import (
-    admit,
-    misplaced_term,
-    refused_reference,
-    require_reference,
-)
+from bfppc_synth.bounds.admission import admit, misplaced_term, refused_reference
+from bfppc_synth.bounds.funnel import require_funnel, require_signals
 from bfppc_synth.bounds.signals import (
     bound_signals,
     conditions,
@@ -108,7 +104,7 @@ def synthesize(spec: PlantSpec, *, progress: Callable[[str], None] = _silent) ->
             break
         progress("proving")
         certificate = _proved(problem, found)
-        require_reference(problem.plant, certificate.failures)
+        require_signals(problem.plant, certificate.failures)
         thin = certificate.verdict is not Verdict.CERTIFIED and free
         if not thin or any(not entry.holds for entry in certificate.assumption_checks):
             break
@@ -143,6 +139,7 @@ def prepare(
     except EnvelopeError as error:
         raise misplaced_term(plant, error) from error
     admit(plant, majorants, center)
+    require_funnel(plant)
     accuracy = spec.performance.accuracy
     if accuracy is None:
         raise UsageError("performance.accuracy is required in this version")

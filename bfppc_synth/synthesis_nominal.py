@@ -6,12 +6,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bfppc_synth.bounds.admission import admit, misplaced_term
+from bfppc_synth.bounds.funnel import keeps_funnel, require_nominal_funnel
 from bfppc_synth.bounds.nominal_model import is_smooth, smooth_gain
 from bfppc_synth.bounds.nominal_signals import nominal_center
 from bfppc_synth.bounds.signals import bound_signals, conditions
 from bfppc_synth.errors import EnvelopeError, Mistake, PlantFileError, UsageError
 from bfppc_synth.expressions.symbolic import build_plant
 from bfppc_synth.gains.methods.unified import Unified
+from bfppc_synth.gains.funnel import longest_kept
 from bfppc_synth.gains.problem import DesignProblem, fixed_gains
 from bfppc_synth.gains.transition import choose_transition
 from bfppc_synth.majorants.derive import derive_majorants
@@ -118,7 +120,14 @@ def prepare_nominal(
     if accuracy is None:
         raise UsageError("performance.accuracy is required in this version")
 
+    if transition is None and spec.performance.transition is not None:
+        transition = spec.performance.transition.approximate
+    require_nominal_funnel(plant, transition)
+    free = transition is None
+
     def pose(duration: float) -> DesignProblem:
+        if free and plant.funnel is not None and not keeps_funnel(plant, duration):
+            raise EnvelopeError("the transition leaves the funnel", subexpression="")
         nominal = nominal_center(plant, duration)
         return DesignProblem(
             plant=plant,
@@ -136,10 +145,8 @@ def prepare_nominal(
         )
 
     try:
-        if transition is None and spec.performance.transition is not None:
-            transition = spec.performance.transition.approximate
         if transition is None:
-            transition = choose_transition(pose, progress)
+            transition = choose_transition(pose, progress, longest=longest_kept(plant))
         problem = pose(transition)
     except EnvelopeError as error:
         if error.subexpression and error.subexpression == str(plant.reference):

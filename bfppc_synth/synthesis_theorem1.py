@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from bfppc_synth.bounds.admission import admit
+from bfppc_synth.bounds.funnel import require_funnel, require_signals
 from bfppc_synth.bounds.signals import bound_signals, conditions
 from bfppc_synth.errors import NoDesignError, NotCertifiedError, UsageError
 from bfppc_synth.expressions.symbolic import build_plant
@@ -47,6 +48,7 @@ def prepare_theorem1(spec: PlantSpec, weights: Weights, margin: float) -> Theore
     majorants = derive_majorants(plant)
     problem = theorem1_problem(plant, majorants, weights, margin)
     admit(plant, majorants, problem.center)
+    require_funnel(plant)
     return problem
 
 
@@ -80,6 +82,7 @@ def synthesize_theorem1(
         progress("proving")
         design = design_theorem1(problem, found, _proved(problem, found))
         certificate = design.certificate
+        require_signals(problem.plant, certificate.failures)
         fixed = not problem.is_free or any(not e.holds for e in certificate.assumption_checks)
         if certificate.verdict is Verdict.CERTIFIED or fixed:
             break

@@ -1359,6 +1359,7 @@ class Problem:
     fixed: Fixed
     center: str
     derivatives: tuple[Interval, ...]
+    funnel: Node | None
 
 
 def fields(value: object, path: str, required: str, optional: str = "") -> dict[str, Any]:
@@ -1450,7 +1451,7 @@ def read_plant(document: object) -> Problem:
     states = _states(plant["states"])
     synthesis = _synthesis(plant.get("synthesis", {}))
     names, ranges = _parameters(plant.get("parameters", {}), states)
-    performance = fields(plant["performance"], "performance", "accuracy", "rho transition")
+    performance = fields(plant["performance"], "performance", "accuracy", "rho transition funnel")
     initial = fields(plant["initial"], "initial", " ".join(states), "offset")
     reference, bounds = _reference(plant.get("reference", "0"))
     sampling = fields(plant.get("sampling", {}), "sampling", "", "period delay")
@@ -1487,6 +1488,9 @@ def read_plant(document: object) -> Problem:
         ),
         center=synthesis["center"],
         derivatives=_derivatives(plant.get("reference", "0")),
+        funnel=_over_time(text_of(performance["funnel"], "performance.funnel"))
+        if "funnel" in performance
+        else None,
     )
     if problem.center == "nominal":
         _check_nominal(problem)
@@ -1932,6 +1936,8 @@ class Tail:
             return Growth(a.degree * r, power(a.range, r))
         if unbounded and node.name in ("sin", "cos"):
             return Growth(Fraction(0), (-ONE, ONE))
+        if node.name in ("min", "max"):
+            return Growth(Fraction(0), self._extremum(parts, 1 if node.name == "max" else -1))
         if unbounded and node.name in ("tanh", "atan"):
             limit = ONE if node.name == "tanh" else _ceil_shift(PI_I[1], 1)
             least = mul(a.range, (self._power(a.degree)[0],) * 2)
@@ -1939,6 +1945,25 @@ class Tail:
             lo = ends[0] if a.range[0] >= 0 else -limit
             return Growth(Fraction(0), (lo, ends[1] if a.range[1] <= 0 else limit))
         return Growth(Fraction(0), _call(node.name, [self.settle(part) for part in parts]))
+
+    def _extremum(self, parts: Sequence[Growth], side: int) -> Interval:
+        """Enclose max (side 1) or min (-1) of arguments, of which some may leave the others.
+
+        t^d v <= T^d sup v where v < 0: as a max is not below its other arguments, that counts.
+        """
+        ends, bounded = [], []
+        for part in parts:
+            v = part.range if side > 0 else neg(part.range)
+            if part.decay is None and part.degree > 0 and v[1] < 0:
+                ends.append(mul((v[1], v[1]), self._power(part.degree))[1])
+            else:
+                settled = self.settle(part)
+                bounded.append(settled if side > 0 else neg(settled))
+        if not bounded:
+            raise UndecidedError("unbounded for large t")
+        low, high = _call("max", bounded)
+        found = low, max(high, *ends)
+        return found if side > 0 else neg(found)
 
     def _fresh(self, value: Interval) -> Node:
         name = f"#{len(self.ranges)}"
@@ -3937,7 +3962,7 @@ class _Chain:
         if held:
             statement = "the numbers that synthesis fixes are kept"
             claims.append(Obligation("fixed", statement, (), tuple(held), proof="rational"))
-        return claims
+        return [*claims, *_funnel_claims(self.problem, self.center)]
 
     def _numbers(self) -> dict[str, Interval]:
         """Return the numbers of the design, by the names that the controllers give them."""
@@ -3987,6 +4012,97 @@ def center_after(first: Center, free: Sequence[_FreeStage]) -> Center:
         high.append(latched)
         rate.append(mul(rho.rate, latched))
     return Center(tuple(low), tuple(high), tuple(rate), first.offset, moved, len(free))
+
+
+def _funnel_claims(problem: Problem, center: Center) -> list[Obligation]:
+    """Claim that |y - y_d| <= |r_1 - y_d| + p_1 stays below the funnel of the file for ever.
+
+    r_1 - y_d is b, or rho_1 a and what handovers add. The numbers are those nearest in binary64:
+    what the file writes as equal is equal.
+    """
+    if problem.funnel is None:
+        return []
+    try:
+        if center.following is not None:
+            room, when = _clearance(center.following.path, problem.funnel)
+            moved = f"|b(t)| + p_1 <= funnel(t) for all t >= 0, tightest {when}"
+        else:
+            room = sub(_beside_rho(problem, center, problem.funnel), center.moved)
+            more = " + what handovers add" * (center.switches > 0)
+            moved = f"rho_1(t) (a_0 + delta_0) + p_1{more} <= funnel(t) for all t >= 0"
+    except UndecidedError as error:
+        reason = str(error).rpartition(": ")[2]
+        raise UndecidedError(f"the funnel cannot be enclosed: {reason}") from None
+    needed = scale(1 - Fraction(1, 1 << 52), problem.accuracy)
+    return [Obligation("funnel", moved, ("accuracy",), (Comparison(room, needed, ">="),))]
+
+
+def _beside_rho(problem: Problem, center: Center, funnel: Node) -> Interval:
+    """Enclose the infimum over t of funnel - rho_1 (a_0 + delta_0)."""
+    rho, most = problem.rhos[0], absolute(center.offset)[1]
+    if problem.anchor != "latched":
+        most += problem.delta[0][1]
+    node = combine([(1, funnel), (Fraction(-most, ONE), rho.node)])
+    if rho.end is None:
+        return over_time(node, {}, 0)[0]
+    # From pi t_s on rho is 0; the two stretches overlap by the width of its enclosure.
+    head = extremes(node, {"t": (0, rho.end[1])})
+    return _call("min", (head[0], over_time(funnel, {}, rho.end[0])[0]))
+
+
+class _Clearance(Tape):
+    """|b(t)| - funnel(t) over a box of t, latched starts and, if y_d is unknown, what it may be."""
+
+    def __init__(self, path: Trajectory, funnel: Node) -> None:
+        super().__init__(funnel, ("t",))
+        self.path, problem = path, path.problem
+        box = widened_starts(problem)
+        if problem.reference is None:
+            box.append(run_time_offset(problem, box[0]))
+            box += [a[0] for a in path.reference(Sloped(), ZERO_I, path.n)[1:]]
+        self.box: Box = ((0, from_fraction(path.model.duration)[1]), *box)
+        self.wide = [j for j, a in enumerate(self.box) if j and a[0] < a[1]]
+        self.known: dict[Box, Series] = {}
+
+    def _fade(self, box: Box) -> Series:
+        """b and db/dt with their slopes by the coordinates that are wide."""
+        path, numbers = self.path, Sloped()
+        if box[1:] not in self.known:
+            seeds = [
+                (a, tuple(ONE_I if j == k else ZERO_I for j in self.wide) if k in self.wide else ())
+                for k, a in enumerate(box)
+            ]
+            start, rest = seeds[1 : path.n + 1], seeds[path.n + 1 :]
+            y, offset = path.reference(numbers, (ZERO_I, ()), path.n), None
+            if rest:
+                offset, *later = rest
+                y = [y[0], *later]
+            self.known[box[1:]] = lead_in(path.model, numbers, start, y, offset)
+        return fade(path.model, Taylor(numbers, 2), self.known[box[1:]], (box[0], ()))
+
+    def value(self, box: Box) -> Interval:
+        """Enclose |b| - funnel."""
+        return sub(absolute(self._fade(box)[0][0]), super().value(box[:1]))
+
+    def gradient(self, box: Box) -> tuple[Interval, Gradient]:
+        """Value and slopes."""
+        (b, by_start), (rate, _) = self._fade(box)
+        funnel, slopes = super().gradient(box[:1])
+        side = sign(b) if b[0] > 0 or b[1] < 0 else (-ONE, ONE)
+        found = {j: mul(side, slope) for j, slope in zip(self.wide, by_start, strict=False)}
+        return sub(absolute(b), funnel), {
+            0: sub(mul(side, rate), slopes.get(0, ZERO_I)),
+            **found,
+        }
+
+
+def _clearance(path: Trajectory, funnel: Node) -> tuple[Interval, str]:
+    """Enclose the infimum of funnel - |b| over all times and starts; say when it is reached."""
+    tape = _Clearance(path, funnel)
+    worst, point = maximize(tape, tape.box, None, 400)
+    early, late = neg(worst), over_time(funnel, {}, from_fraction(path.model.duration)[0])[0]
+    when = f"near t = {to_doubles(point[0])[0]:.6g} s" if early[1] <= late[1] else "after T_s"
+    return _call("min", (early, late)), when
 
 
 class _FreeStage(_Chain):

@@ -30,7 +30,10 @@ _AS_GOOD = 1e-3
 
 
 def choose_transition(
-    pose: Callable[[float], DesignProblem], progress: Callable[[str], None]
+    pose: Callable[[float], DesignProblem],
+    progress: Callable[[str], None],
+    *,
+    longest: float = 2.0 ** _FIRST[-1],
 ) -> float:
     """Search T_s on a grid of its logarithm, then around the best.
 
@@ -40,6 +43,8 @@ def choose_transition(
         The design problem for a T_s [s]; it may raise EnvelopeError.
     progress : callable
         Receives one sentence.
+    longest : float
+        Upper end of the first grid [s]: the longest T_s that a funnel allows.
 
     Returns
     -------
@@ -58,7 +63,7 @@ def choose_transition(
     cost is flat, a T_s half as long or shorter is preferred for a thousandth more.
     """
     progress("choosing the transition time")
-    candidates = _Candidates(pose)
+    candidates = _Candidates(pose, longest)
     best = candidates.best_on_grid()
     if math.isinf(candidates.cost(best)):
         candidates = candidates.without_limit()
@@ -76,8 +81,8 @@ def choose_transition(
 class _Candidates:
     """Costs of the T_s tried so far."""
 
-    def __init__(self, pose: Callable[[float], DesignProblem]) -> None:
-        self._pose = pose
+    def __init__(self, pose: Callable[[float], DesignProblem], longest: float) -> None:
+        self._pose, self._longest = pose, longest
         self._costs: dict[float, float] = {}
         self._known: dict[float, Evaluation] = {}
         self._feedforward: dict[float, float] = {}
@@ -90,7 +95,7 @@ class _Candidates:
             weights = Weights(peak_input=1.0, slope=0.01)
             return replace(self._pose(transition), limit=None, weights=weights)
 
-        return _Candidates(pose)
+        return _Candidates(pose, self._longest)
 
     def cost(self, transition: float) -> float:
         """Return what the search reaches with this T_s; infinity where it finds nothing."""
@@ -100,17 +105,17 @@ class _Candidates:
 
     def best_on_grid(self) -> float:
         """Best of the grid, which grows at an end as long as that helps."""
-        tried = [(self.cost(_at(k)), k) for k in _FIRST]
+        tried = [(self.cost(self._at(k)), k) for k in _FIRST]
         for side in (-1, 1):
             while True:
                 best, k = min(tried)
                 edge = side * max(side * j for _, j in tried)
                 if k != edge or abs(k) >= _FURTHEST or math.isinf(best):
                     break
-                tried.append((self.cost(_at(k + side)), k + side))
+                tried.append((self.cost(self._at(k + side)), k + side))
                 if tried[-1][0] > best - _FLAT:
                     break
-        return _at(min(tried)[1])
+        return self._at(min(tried)[1])
 
     def shortest(self, best: float) -> float:
         """Shortest T_s tried that costs hardly more than the best and takes half its time."""
@@ -158,6 +163,5 @@ class _Candidates:
             return False
         return weights.peak_input * (math.log(feedforward) - math.log(2.0)) > best
 
-
-def _at(octave: int) -> float:
-    return to_digits(2.0**octave, _DIGITS)
+    def _at(self, octave: int) -> float:
+        return to_digits(self._longest * 2.0 ** (octave - _FIRST[-1]), _DIGITS)

@@ -1,0 +1,60 @@
+"""Which T_s of center nominal a funnel leaves to the search."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from bfppc_synth.bounds.funnel import keeps_funnel, longest_transition
+from bfppc_synth.bounds.nominal_funnel import transition_room
+from bfppc_synth.errors import NoDesignError
+from bfppc_synth.expressions.evaluate import evaluate_float
+
+if TYPE_CHECKING:
+    from bfppc_synth.model.plant import Plant
+
+# What the search of T_s begins with [s].
+_LONGEST = 32.0
+_TRIED = tuple(_LONGEST * 0.5**k for k in range(24))
+
+
+def longest_kept(plant: Plant) -> float:
+    """Search the longest T_s, up to 32 s, whose transition stays in the funnel.
+
+    Parameters
+    ----------
+    plant : Plant
+        Its funnel admits the starts; without a funnel every T_s will do.
+
+    Returns
+    -------
+    float
+        T_s [s].
+
+    Raises
+    ------
+    NoDesignError
+        If no T_s from 4e-6 to 32 s keeps the funnel: with the nearest miss.
+
+    References
+    ----------
+    docs/theory.md section 4, "A funnel may be asked for".
+    """
+    funnel, accuracy = plant.funnel, plant.spec.performance.accuracy
+    if funnel is None or accuracy is None or keeps_funnel(plant, _LONGEST):
+        return _LONGEST
+    longest = longest_transition(plant, _LONGEST)
+    if longest is not None:
+        return longest
+    needed = accuracy.approximate
+    rooms = [(transition_room(plant, at, needed), at) for at in _TRIED]
+    room, at = max(rooms, key=lambda pair: pair[0].lower)
+    height = evaluate_float(funnel, {plant.time: room.when})
+    raise NoDesignError(
+        f"no certified design for {plant.spec.path}: no transition from {_TRIED[-1]:.2g} to"
+        f" {_LONGEST:g} s stays in performance.funnel\n"
+        f"  the nearest miss: with T_s = {at:.3g} s, |b(t)| + accuracy is"
+        f" {height - room.reached + needed:.6g} at t = {room.when:.3g} s, and the funnel"
+        f" {height:.6g}\n"
+        f"  would suffice (any one): a funnel higher by {1.01 * (needed - room.lower):.3g} |"
+        " initial rates that point towards the reference"
+    )
