@@ -12,18 +12,19 @@ from bfppc_synth.bounds.nominal_signals import nominal_center
 from bfppc_synth.bounds.signals import bound_signals, conditions
 from bfppc_synth.errors import EnvelopeError, Mistake, PlantFileError, UsageError
 from bfppc_synth.expressions.symbolic import build_plant
-from bfppc_synth.gains.methods.unified import Unified
 from bfppc_synth.gains.funnel import longest_kept
+from bfppc_synth.gains.methods.unified import Unified
 from bfppc_synth.gains.problem import DesignProblem, fixed_gains
 from bfppc_synth.gains.transition import choose_transition
 from bfppc_synth.majorants.derive import derive_majorants
 from bfppc_synth.model.spec import Anchor, CenterKind, Method, ReferenceKind
+from bfppc_synth.spec.build import DEFAULT_HORIZON
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from bfppc_synth.gains.problem import Weights
-    from bfppc_synth.model.bounds import SignalBounds
+    from bfppc_synth.model.bounds import CenterBounds, Majorants, SignalBounds
     from bfppc_synth.model.plant import Plant
     from bfppc_synth.model.spec import PlantSpec
 
@@ -129,6 +130,8 @@ def prepare_nominal(
         if free and plant.funnel is not None and not keeps_funnel(plant, duration):
             raise EnvelopeError("the transition leaves the funnel", subexpression="")
         nominal = nominal_center(plant, duration)
+        if free:
+            _require_admission(plant, majorants, nominal.center)
         return DesignProblem(
             plant=plant,
             majorants=majorants,
@@ -146,7 +149,8 @@ def prepare_nominal(
 
     try:
         if transition is None:
-            transition = choose_transition(pose, progress, longest=longest_kept(plant))
+            longest = longest_kept(plant, _longest_wanted(spec))
+            transition = choose_transition(pose, progress, longest=longest)
         problem = pose(transition)
     except EnvelopeError as error:
         if error.subexpression and error.subexpression == str(plant.reference):
@@ -154,6 +158,22 @@ def prepare_nominal(
         raise _mistaken(spec, "synthesis.center", str(error), error.fix) from error
     admit(plant, majorants, problem.center)
     return problem, signals
+
+
+def _longest_wanted(spec: PlantSpec) -> float:
+    """How long a transition may take where the file leaves it open: as long as what is simulated.
+
+    A horizon that only keeps a run with short samples short says nothing about it.
+    """
+    return spec.simulation.horizon if spec.gives("simulation.horizon") else DEFAULT_HORIZON
+
+
+def _require_admission(plant: Plant, majorants: Majorants, center: CenterBounds) -> None:
+    """Turn a domain that this T_s leaves into what the search of T_s steps over."""
+    try:
+        admit(plant, majorants, center)
+    except PlantFileError as error:
+        raise EnvelopeError(error.mistakes[0].message, subexpression="") from error
 
 
 def _require_combination(spec: PlantSpec) -> None:

@@ -4065,7 +4065,7 @@ class _Clearance(Tape):
         self.known: dict[Box, Series] = {}
 
     def _fade(self, box: Box) -> Series:
-        """b and db/dt with their slopes by the coordinates that are wide."""
+        """Return b and db/dt with their slopes by the coordinates that are wide."""
         path, numbers = self.path, Sloped()
         if box[1:] not in self.known:
             seeds = [

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from bfppc_synth.gains.evaluation import Evaluation
     from bfppc_synth.gains.problem import DesignProblem
 
-# Octaves of a second, from the middle outward: what one costs tells which others cannot pay.
-# Beyond the ends only while that still helps.
-_FIRST = (1, 0, 2, -1, 3, -2, 4, -3, 5)
+# Octaves below the longest, from the middle outward: what one costs tells which others cannot
+# pay. Beyond the ends only while that still helps.
+_FIRST = (-3, -4, -2, -5, -1, -6, 0, -7)
 _FURTHEST = 14
 _REFINEMENTS = 4
 _DIGITS = 3
@@ -33,7 +33,7 @@ def choose_transition(
     pose: Callable[[float], DesignProblem],
     progress: Callable[[str], None],
     *,
-    longest: float = 2.0 ** _FIRST[-1],
+    longest: float = 10.0,
 ) -> float:
     """Search T_s on a grid of its logarithm, then around the best.
 
@@ -44,7 +44,7 @@ def choose_transition(
     progress : callable
         Receives one sentence.
     longest : float
-        Upper end of the first grid [s]: the longest T_s that a funnel allows.
+        The longest T_s [s] that is considered while a shorter one has a design.
 
     Returns
     -------
@@ -59,21 +59,23 @@ def choose_transition(
 
     References
     ----------
-    docs/theory.md section 4: a short T_s costs feedforward, a long one tracks late. Where the
+    docs/theory.md section 4: a short T_s costs feedforward, a long one tracks late, and no T_s
+    is too long for the peak input alone, so it has to end within ``longest``. Where the
     cost is flat, a T_s half as long or shorter is preferred for a thousandth more.
     """
     progress("choosing the transition time")
     candidates = _Candidates(pose, longest)
-    best = candidates.best_on_grid()
+    best = candidates.best()
     if math.isinf(candidates.cost(best)):
         candidates = candidates.without_limit()
-        best = candidates.best_on_grid()
+        best = candidates.best()
     if math.isinf(candidates.cost(best)):
         return candidates.least_feedforward()
     step = math.sqrt(2.0)
     for _ in range(_REFINEMENTS):
-        around = (best, to_digits(best / step, _DIGITS), to_digits(best * step, _DIGITS))
-        best = min(around, key=candidates.cost)
+        wider = to_digits(best * step, _DIGITS)
+        longer = (wider,) if wider <= max(longest, best) else ()
+        best = min((best, to_digits(best / step, _DIGITS), *longer), key=candidates.cost)
         step = math.sqrt(step)
     return candidates.shortest(best)
 
@@ -103,18 +105,24 @@ class _Candidates:
             self._costs[transition] = self._searched(transition)
         return self._costs[transition]
 
-    def best_on_grid(self) -> float:
-        """Best of the grid, which grows at an end as long as that helps."""
+    def best(self) -> float:
+        """Best of the grid, which grows downward as long as that helps.
+
+        Upward it grows only until there is a design: sup|v| falls with T_s for ever.
+        """
         tried = [(self.cost(self._at(k)), k) for k in _FIRST]
-        for side in (-1, 1):
-            while True:
-                best, k = min(tried)
-                edge = side * max(side * j for _, j in tried)
-                if k != edge or abs(k) >= _FURTHEST or math.isinf(best):
-                    break
-                tried.append((self.cost(self._at(k + side)), k + side))
-                if tried[-1][0] > best - _FLAT:
-                    break
+        while True:
+            best, k = min(tried)
+            shortest = min(j for _, j in tried)
+            if k != shortest or k <= -_FURTHEST or math.isinf(best):
+                break
+            tried.append((self.cost(self._at(k - 1)), k - 1))
+            if tried[-1][0] > best - _FLAT:
+                break
+        k = 0
+        while math.isinf(min(tried)[0]) and k < _FURTHEST:
+            k += 1
+            tried.append((self.cost(self._at(k)), k))
         return self._at(min(tried)[1])
 
     def shortest(self, best: float) -> float:
@@ -164,4 +172,5 @@ class _Candidates:
         return weights.peak_input * (math.log(feedforward) - math.log(2.0)) > best
 
     def _at(self, octave: int) -> float:
-        return to_digits(self._longest * 2.0 ** (octave - _FIRST[-1]), _DIGITS)
+        # Rounded down: a funnel allows nothing above its longest.
+        return to_digits(self._longest * 2.0**octave, _DIGITS, upward=-1)
