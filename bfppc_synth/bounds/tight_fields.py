@@ -1,0 +1,301 @@
+"""Enclosures over many cells at once, with slopes by every coordinate, for the tight bounds.
+
+Plain binary64, not rounded outward: what is found here is a claim, widened by more than any
+rounding, and the separate checker proves it with its own arithmetic (docs/theory.md section 6).
+A cell where a subexpression has no value gets NaN there, which later counts as unbounded.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from bfppc_synth.bounds.interval_arrays import Array, Interval
+from bfppc_synth.expressions.evaluate import nearest_float
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import sympy as sp
+
+    from bfppc_synth.expressions.flatten import Relation
+
+_TURN = 2.0 * math.pi
+_SLACK = 1e-9
+
+
+class Field(NamedTuple):
+    """Values over ``m`` cells, and slopes (one row per coordinate) or None for a constant."""
+
+    value: Interval
+    slope: Interval | None
+
+
+def product(a: Interval, b: Interval) -> Interval:
+    """Return a * b; shapes broadcast."""
+    one, two = a.lower * b.lower, a.lower * b.upper
+    three, four = a.upper * b.lower, a.upper * b.upper
+    return Interval(
+        np.minimum(np.minimum(one, two), np.minimum(three, four)),
+        np.maximum(np.maximum(one, two), np.maximum(three, four)),
+    )
+
+
+def _sum(a: Interval, b: Interval) -> Interval:
+    return Interval(a.lower + b.lower, a.upper + b.upper)
+
+
+def _hull(a: Interval, b: Interval) -> Interval:
+    return Interval(np.minimum(a.lower, b.lower), np.maximum(a.upper, b.upper))
+
+
+def _least(a: Interval) -> Array:
+    return np.maximum(np.maximum(a.lower, -a.upper), 0.0)
+
+
+def _where(chosen: Array, a: Interval, b: Interval) -> Interval:
+    return Interval(np.where(chosen, a.lower, b.lower), np.where(chosen, a.upper, b.upper))
+
+
+def _rising(a: Interval, function: Callable[[Array], Array]) -> Interval:
+    return Interval(function(a.lower), function(a.upper))
+
+
+def _folded(a: Interval, function: Callable[[Array], Array]) -> Interval:
+    """Range of a function of |x| that grows with it."""
+    return Interval(function(_least(a)), function(a.magnitude()))
+
+
+def _wave(a: Interval, wave: Callable[[Array], Array], top: float) -> Interval:
+    """Range of a sine or cosine whose upper peaks are at top + 2 k pi."""
+    first, last = wave(a.lower), wave(a.upper)
+
+    def reached(peak: float) -> Array:
+        following = peak + _TURN * np.ceil((a.lower - _SLACK - peak) / _TURN)
+        return following <= a.upper + _SLACK
+
+    return Interval(
+        np.where(reached(top + math.pi), -1.0, np.minimum(first, last)),
+        np.where(reached(top), 1.0, np.maximum(first, last)),
+    )
+
+
+class FieldFunctions:
+    """``expressions.evaluate.Functions`` of fields."""
+
+    def number(self, value: sp.Expr) -> Field:
+        """Return a constant."""
+        at = np.array(nearest_float(value))
+        return Field(Interval(at, at), None)
+
+    def add(self, a: Field, b: Field) -> Field:
+        """Return a + b."""
+        slope = a.slope if b.slope is None else b.slope
+        if a.slope is not None and b.slope is not None:
+            slope = _sum(a.slope, b.slope)
+        return Field(_sum(a.value, b.value), slope)
+
+    def sub(self, a: Field, b: Field) -> Field:
+        """Return a - b."""
+        return self.add(a, self.neg(b))
+
+    def neg(self, a: Field) -> Field:
+        """Return -a."""
+        slope = None if a.slope is None else Interval(-a.slope.upper, -a.slope.lower)
+        return Field(Interval(-a.value.upper, -a.value.lower), slope)
+
+    def mul(self, a: Field, b: Field) -> Field:
+        """Return a * b."""
+        left = None if a.slope is None else product(a.slope, b.value)
+        right = None if b.slope is None else product(b.slope, a.value)
+        slope = left if right is None else right
+        if left is not None and right is not None:
+            slope = _sum(left, right)
+        return Field(product(a.value, b.value), slope)
+
+    def div(self, a: Field, b: Field) -> Field:
+        """Return a / b; NaN where b may be 0."""
+        held = (b.value.lower <= 0.0) & (b.value.upper >= 0.0)
+        below = Interval(
+            np.where(held, np.nan, 1.0 / b.value.upper), np.where(held, np.nan, 1.0 / b.value.lower)
+        )
+        value = product(a.value, below)
+        slope = a.slope
+        if b.slope is not None:
+            carried = product(b.slope, value)
+            away = Interval(-carried.upper, -carried.lower)
+            slope = away if slope is None else _sum(slope, away)
+        return Field(value, None if slope is None else product(slope, below))
+
+    def power(self, a: Field, exponent: int) -> Field:
+        """Return a**exponent for an integer exponent >= 2."""
+
+        def raised(power: int) -> Interval:
+            grows = _rising if power % 2 else _folded
+            return grows(a.value, lambda x: x**power)
+
+        rate = raised(exponent - 1)
+        slope = Interval(exponent * rate.lower, exponent * rate.upper)
+        return _chained(a, raised(exponent), lambda: slope)
+
+    def sqrt(self, a: Field) -> Field:
+        """Return the root; its slope is not bounded at 0."""
+        value = _rising(a.value, np.sqrt)
+        return _chained(a, value, lambda: Interval(0.5 / value.upper, 0.5 / value.lower))
+
+    def root_power(self, a: Field, p: int, q: int) -> Field:
+        """Return a**(p/q), odd roots of negative numbers as docs/theory.md section 1 has them."""
+        share = p / q
+
+        def odd(x: Array) -> Array:
+            return np.sign(x) * np.abs(x) ** share
+
+        def even(x: Array) -> Array:
+            return x**share
+
+        if q % 2 == 0:
+            value = _rising(a.value, even)
+        elif p % 2:
+            value = _rising(a.value, odd)
+        else:
+            value = _folded(a.value, even)
+
+        def slope() -> Interval:
+            near, far = _least(a.value), a.value.magnitude()
+            ends = share * near ** (share - 1.0), share * far ** (share - 1.0)
+            size = Interval(np.minimum(*ends), np.maximum(*ends))
+            if p % 2:
+                return size
+            # An even numerator falls on the left of 0.
+            return product(size, _side(a.value))
+
+        return _chained(a, value, slope)
+
+    def exp(self, a: Field) -> Field:
+        """Return e**a."""
+        value = _rising(a.value, np.exp)
+        return _chained(a, value, lambda: value)
+
+    def log(self, a: Field) -> Field:
+        """Return the natural logarithm."""
+        value = _rising(a.value, np.log)
+        return _chained(a, value, lambda: Interval(1.0 / a.value.upper, 1.0 / a.value.lower))
+
+    def sin(self, a: Field) -> Field:
+        """Return the sine."""
+        value = _wave(a.value, np.sin, 0.5 * math.pi)
+        return _chained(a, value, lambda: _wave(a.value, np.cos, 0.0))
+
+    def cos(self, a: Field) -> Field:
+        """Return the cosine."""
+        value = _wave(a.value, np.cos, 0.0)
+        return _chained(a, value, lambda: _wave(a.value, lambda x: -np.sin(x), -0.5 * math.pi))
+
+    def tan(self, a: Field) -> Field:
+        """Return the tangent inside one branch, NaN elsewhere."""
+        cosine = _wave(a.value, np.cos, 0.0)
+        pole = (cosine.lower <= 0.0) & (cosine.upper >= 0.0)
+        held = _rising(a.value, np.tan)
+        value = Interval(np.where(pole, np.nan, held.lower), np.where(pole, np.nan, held.upper))
+        square = _folded(value, np.square)
+        return _chained(a, value, lambda: Interval(1.0 + square.lower, 1.0 + square.upper))
+
+    def sinh(self, a: Field) -> Field:
+        """Return the hyperbolic sine."""
+        return _chained(a, _rising(a.value, np.sinh), lambda: _folded(a.value, np.cosh))
+
+    def cosh(self, a: Field) -> Field:
+        """Return the hyperbolic cosine."""
+        return _chained(a, _folded(a.value, np.cosh), lambda: _rising(a.value, np.sinh))
+
+    def tanh(self, a: Field) -> Field:
+        """Return the hyperbolic tangent."""
+        value = _rising(a.value, np.tanh)
+
+        def slope() -> Interval:
+            square = _folded(value, np.square)
+            return Interval(1.0 - square.upper, 1.0 - square.lower)
+
+        return _chained(a, value, slope)
+
+    def atan(self, a: Field) -> Field:
+        """Return the arc tangent."""
+        square = _folded(a.value, np.square)
+        rate = Interval(1.0 / (1.0 + square.upper), 1.0 / (1.0 + square.lower))
+        return _chained(a, _rising(a.value, np.arctan), lambda: rate)
+
+    def asinh(self, a: Field) -> Field:
+        """Return the inverse hyperbolic sine."""
+        square = _folded(a.value, np.square)
+        rate = Interval((1.0 + square.upper) ** -0.5, (1.0 + square.lower) ** -0.5)
+        return _chained(a, _rising(a.value, np.arcsinh), lambda: rate)
+
+    def absolute(self, a: Field) -> Field:
+        """Return |a|; at the kink its slope is anything between both sides."""
+        lower, upper = a.value
+        # Up to the kink itself it is one of its two branches.
+        falls = (upper <= 0.0) & (lower < 0.0)
+        slope = Interval(np.where(lower >= 0.0, 1.0, -1.0), np.where(falls, -1.0, 1.0))
+        return _chained(a, _folded(a.value, np.abs), lambda: slope)
+
+    def sign(self, a: Field) -> Field:
+        """Return the sign; across its jump the slope is not bounded."""
+        side = _side(a.value)
+        still = (a.value.lower > 0.0) | (a.value.upper < 0.0)
+        steep = np.where(still, 0.0, np.inf)
+        return _chained(a, side, lambda: Interval(-steep, steep))
+
+    def minimum(self, a: Field, b: Field) -> Field:
+        """Return the smaller one."""
+        return self.neg(self.maximum(self.neg(a), self.neg(b)))
+
+    def maximum(self, a: Field, b: Field) -> Field:
+        """Return the larger one; where either may be it, the slope is either's."""
+        value = Interval(
+            np.maximum(a.value.lower, b.value.lower), np.maximum(a.value.upper, b.value.upper)
+        )
+        return Field(value, self._chosen(a, b, a.value.lower >= b.value.upper, b, a))
+
+    def select(
+        self, relation: Relation, left: Field, right: Field, then: Field, otherwise: Field
+    ) -> Field:
+        """Return the hull of both branches where neither is sure; no slope there: it may jump."""
+        del relation
+        yes = left.value.upper < right.value.lower
+        no = left.value.lower > right.value.upper
+        value = _where(
+            yes, then.value, _where(no, otherwise.value, _hull(then.value, otherwise.value))
+        )
+        slope = self._chosen(then, otherwise, yes, left, right)
+        if slope is None:
+            return Field(value, None)
+        open_cells = ~(yes | no)
+        return Field(
+            value,
+            Interval(
+                np.where(open_cells, -np.inf, slope.lower),
+                np.where(open_cells, np.inf, slope.upper),
+            ),
+        )
+
+    def _chosen(
+        self, a: Field, b: Field, first: Array, left: Field, right: Field
+    ) -> Interval | None:
+        """Slope of a where ``first``, of b where left > right surely, of either elsewhere."""
+        if a.slope is None and b.slope is None:
+            return None
+        zero = np.zeros(1)
+        one = Interval(zero, zero) if a.slope is None else a.slope
+        two = Interval(zero, zero) if b.slope is None else b.slope
+        second = left.value.lower > right.value.upper
+        return _where(first, one, _where(second, two, _hull(one, two)))
+
+
+def _side(a: Interval) -> Interval:
+    return Interval(np.where(a.lower > 0.0, 1.0, -1.0), np.where(a.upper < 0.0, -1.0, 1.0))
+
+
+def _chained(a: Field, value: Interval, slope: Callable[[], Interval]) -> Field:
+    return Field(value, None if a.slope is None else product(slope(), a.slope))
