@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 import sympy as sp
 
-from bfppc_synth.expressions.evaluate import FLOA: TFUNCTIONS, Functions, evaluate
+from bfppc_synth.expressions.evaluate import FLOAT_FUNCTIONS, Functions, evaluate
 
 if TYPE_CHECKING:
     from bfppc_synth.model.nominal import NominalModel
@@ -107,9 +107,7 @@ class Residual(Generic[T]):
     docs/theory.md section 9.
     """
 
-    def __init__(
-        self, plant: Plant, model: NominalModel | None, functions: Functions[T]
-    ) -> None:
+    def __init__(self, plant: Plant, model: NominalModel | None, functions: Functions[T]) -> None:
         self._plant = plant
         self.forces = forces(plant, model)
         self._functions = functions
@@ -143,9 +141,7 @@ class Residual(Generic[T]):
 
         ``errors`` are e_1..e_i, ``side`` is s.
         """
-        signed, any_sign, (low, high) = self._driven(
-            index, law, center, errors, parameters, None
-        )
+        signed, any_sign, (low, high) = self._driven(index, law, center, errors, parameters, None)
         at, ahead = self._functions, center.r[index + 1]
         force = self.forces[index]
         if low is high and force.followed is not None:
@@ -252,9 +248,9 @@ class Residual(Generic[T]):
     def _mismatch(self, force: Force, g: T, center: Center[T], j: int) -> T:
         """(g_j - g^_j) r_{j+1}."""
         at = self._functions
-        if force.followed is None or force.followed[1] == force.g_lower:
-            if force.followed is None or not force.g_lower.free_symbols:
-                return at.number(sp.S.Zero)
+        same = force.followed is not None and force.followed[1] == force.g_lower
+        if force.followed is None or (same and not force.g_lower.free_symbols):
+            return at.number(sp.S.Zero)
         along = dict(zip(self._plant.states, center.r[: j + 1], strict=False))
         followed = evaluate(force.followed[1], along, at)
         return at.mul(at.sub(g, followed), center.r[j + 1])
@@ -272,4 +268,3 @@ class Residual(Generic[T]):
         if a is None or b is None:
             return b if a is None else a
         return self._functions.add(a, b)
-
