@@ -59,6 +59,17 @@ class ChainRules:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Loads(Generic[T]):
+    """What tight bounds put in place of D_i / g_{m,i} + s_{i+1}, and of D_n.
+
+    ``model.tight.TightBounds`` in any number type (docs/theory.md section 9).
+    """
+
+    load: tuple[T, ...]
+    rate: T
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ChainInput(Generic[T]):
     """What one evaluation starts from.
 
@@ -115,6 +126,7 @@ def evaluate_chain(
     residual: Residual[T],
     numbers: Numbers[T],
     rules: ChainRules,
+    tight: Loads[T] | None = None,
 ) -> ChainBounds[T]:
     """Evaluate every constant from X_1 to U.
 
@@ -128,6 +140,8 @@ def evaluate_chain(
         Functions of the number type.
     rules : ChainRules
         Same-point or simple coupling; divided or printed F_i*.
+    tight : Loads[T], optional
+        Loads that F_i* and D_n are made of instead; W_i, B_i and the other D_i stay termwise.
 
     Returns
     -------
@@ -185,7 +199,12 @@ def evaluate_chain(
             value = (load + add("G")[i] * ahead) / least
         else:
             value = load / add("g")[i] + ahead
+        if tight is not None:
+            own: Any = tight.load[i]
+            value = own if i == order - 1 else own + p[i + 1]
         demand.append(keep("F_star", i, value))
+    if tight is not None:
+        columns["D"][-1] = tight.rate
     return _close(start, columns, tuple(demand), numbers)
 
 

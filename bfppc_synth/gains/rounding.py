@@ -54,7 +54,7 @@ def round_candidate(
         for i, p in enumerate(widths)
     )
     shapes = tuple(
-        _rounded(Shape(k=s.k, M=s.M, epsilon=s.epsilon, c=s.c, N=s.N), kinds, i, digits)
+        rounded(Shape(k=s.k, M=s.M, epsilon=s.epsilon, c=s.c, N=s.N), kinds, i, digits)
         for i, s in enumerate(generic)
     )
     for step in range(len(shapes)):
@@ -74,15 +74,15 @@ def round_candidate(
                 break
             if not math.isfinite(lack) or lack > 1.5:
                 return None
-            grown = _grown(shapes[step], kinds, step, lack, digits)
-            if grown == shapes[step]:
+            raised = grown(shapes[step], kinds, step, lack, digits)
+            if raised == shapes[step]:
                 return None
-            shapes = (*shapes[:step], grown, *shapes[step + 1 :])
+            shapes = (*shapes[:step], raised, *shapes[step + 1 :])
     found = judge.evaluate(shapes, half_widths, alternative)
     return found if found is not None and found.holds(margin / 2) else None
 
 
-def _rounded(shape: Shape, kinds: set[Slot], step: int, digits: int) -> Shape:
+def rounded(shape: Shape, kinds: set[Slot], step: int, digits: int) -> Shape:
     def free(*wanted: Kind) -> bool:
         return any(Slot(kind=kind, step=step) in kinds for kind in wanted)
 
@@ -97,7 +97,7 @@ def _rounded(shape: Shape, kinds: set[Slot], step: int, digits: int) -> Shape:
     return shape
 
 
-def _grown(shape: Shape, kinds: set[Slot], step: int, factor: float, digits: int) -> Shape:
+def grown(shape: Shape, kinds: set[Slot], step: int, factor: float, digits: int) -> Shape:
     """Raise phi_i(p_i) by about ``factor`` with the gains that are free; unchanged if none is."""
 
     def free(kind: Kind) -> bool:
