@@ -1062,6 +1062,10 @@ class Tape:
         """Natural interval extension."""
         return self._values(box)[-1]
 
+    def size(self, box: Box) -> int:
+        """Bound the modulus over a box."""
+        return absolute(self.value(box))[1]
+
     def _values(self, box: Box) -> list[Interval]:
         values: list[Interval] = []
         for (node, places), fixed in zip(self._code, self._fixed, strict=True):
@@ -1307,7 +1311,7 @@ class Steep(Tape):
                     ends[j] = (face[j][slopes[j][0] >= 0],) * 2
                 face = tuple(ends)
         except UndecidedError:
-            return super().bound(face)
+            return self._coarse(box)
         centre = tuple(((lo + hi) >> 1,) * 2 for lo, hi in face)
         sample = reach = self.value(centre)
         open_: list[tuple[int, int]] = []
@@ -1318,6 +1322,23 @@ class Steep(Tape):
                 open_.append(((face[j][0] - face[j][1]) * (slope[1] - slope[0]), j))
         cuts = tuple(j for _, j in sorted(open_))
         return Bound(min(value[1], reach[1]), sample[0], centre, face, cuts)
+
+    def size(self, box: Box) -> int:
+        """Modulus in the middle: over all of the box there may be no value yet."""
+        return abs(self._coarse(box).sample)
+
+    def _coarse(self, box: Box) -> Bound:
+        """Bound without slopes; without a value too, as long as a cut may still give one."""
+        middle = tuple(((lo + hi) >> 1,) * 2 for lo, hi in box)
+        values: list[Interval] = []
+        for part in (box, middle):
+            try:
+                values.append(self.value(part))
+            except UndecidedError:
+                values.append((-_LARGEST, _LARGEST))
+        wide = [j for j, (lo, hi) in enumerate(box) if lo < hi]
+        wide.sort(key=lambda j: (j >= self.held, box[j][0] - box[j][1]))
+        return Bound(values[0][1], values[1][0], middle, box, tuple(wide))
 
 
 def _accumulate(result: Gradient, slopes: Gradient, factor: Interval) -> None:
@@ -1349,7 +1370,7 @@ def maximize(tape: Tape, box: Box, known: int | None, boxes: int) -> tuple[Inter
     """
     first = tape.bound(box)
     point, best = first.point, first.sample if known is None else max(known, first.sample)
-    tolerance = max(absolute(tape.value(box))[1] >> 33, 1 << 20)
+    tolerance = max(tape.size(box) >> 33, 1 << 20)
     heap = [(-first.upper, 0, first)]
     for count in range(1, 2 * boxes, 2):
         top, _, whole = heap[0]
@@ -5234,13 +5255,6 @@ def _check_goals(
 LETTERS = ".0123456789abcdefghijklmnopqrstuvwxyz"
 
 
-def _is_below(tape: Tape, box: Box) -> bool:
-    try:
-        return tape.bound(box).upper <= 0
-    except UndecidedError:
-        return False
-
-
 def check_tree(goal: Goal, tree: object) -> bool:
     """Walk a bisection tree in pre-order: a dimension to cut at the middle, or -1 for a leaf.
 
@@ -5264,7 +5278,7 @@ def check_tree(goal: Goal, tree: object) -> bool:
         if type(entry) is not int or not -1 <= entry < len(box):
             raise MalformedError("trees: an entry that is neither a dimension nor -1")
         if entry == -1:
-            held = held and _is_below(tape, part)
+            held = held and tape.bound(part).upper <= 0
         else:
             stack += reversed(halves(part, entry))
     if stack:

@@ -9,12 +9,10 @@ from bfppc_synth.certificate import checker
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from bfppc_synth.certificate.checker import Bound, Box, Goal, Tape
+    from bfppc_synth.certificate.checker import Goal
 
 # Boxes that may be looked at for one goal; what needs more would also be slow to check.
 BUDGET = 1500
-# Cuts that are tried before one is taken, and how much the bound must exceed 0 for that.
-_TRIED = 2
 
 
 def find_trees(goals: Sequence[Goal], budget: int = BUDGET) -> list[list[int] | str] | None:
@@ -54,7 +52,7 @@ def find_tree(goal: Goal, budget: int = BUDGET) -> list[int] | None:
         if len(tree) > budget:
             return None
         part = stack.pop()
-        bound = _bound(tape, part)
+        bound = tape.bound(part)
         if bound.upper <= 0:
             tree.append(-1)
         elif bound.sample > 0 or not bound.cuts:
@@ -63,13 +61,3 @@ def find_tree(goal: Goal, budget: int = BUDGET) -> list[int] | None:
             tree.append(bound.cuts[0])
             stack += reversed(checker.halves(part, bound.cuts[0]))
     return tree
-
-
-def _bound(tape: Tape, box: Box) -> Bound:
-    """Bound over a box; where not even that is possible, every dimension is worth a cut."""
-    try:
-        return tape.bound(box)
-    except checker.UndecidedError:
-        wide = [j for j, (lo, hi) in enumerate(box) if lo < hi]
-        wide.sort(key=lambda j: box[j][0] - box[j][1])
-        return checker.Bound(1, 0, box, box, tuple(wide))
