@@ -56,8 +56,8 @@ class Force:
 def forces(plant: Plant, model: NominalModel | None) -> tuple[Force, ...]:
     """Say what is taken for the truth, channel by channel.
 
-    Center performance knows f and g by their bounds only; center nominal knows what the file
-    has, and bounds the rest.
+    Center performance knows f and g by their declared bounds where there are some; center
+    nominal knows what the file has, and bounds the rest.
 
     References
     ----------
@@ -66,14 +66,11 @@ def forces(plant: Plant, model: NominalModel | None) -> tuple[Force, ...]:
     nominal = model is not None
     found = []
     for i, channel in enumerate(plant.channels):
-        known = channel.f if nominal else None
+        # A declared bound is what center performance knows of f; without one it is f itself.
+        known = channel.f if nominal or channel.f_bound is None else None
         unknown = [] if channel.disturbance == 0 else [channel.disturbance]
-        if known is None:
-            bound = channel.f_bound
-            if not nominal and bound is None:
-                bound = channel.f
-            if bound is not None and bound != 0:
-                unknown.append(bound)
+        if known is None and channel.f_bound is not None and channel.f_bound != 0:
+            unknown.append(channel.f_bound)
         lower, upper = channel.g_min, channel.g_bound
         if channel.g is not None:
             lower = channel.g if nominal or lower is None else lower
