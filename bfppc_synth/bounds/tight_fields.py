@@ -8,9 +8,10 @@ A cell where a subexpression has no value gets NaN there, which later counts as 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bfppc_synth.bounds.interval_arrays import Array, Interval
 from bfppc_synth.expressions.evaluate import nearest_float
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     import sympy as sp
 
     from bfppc_synth.expressions.flatten import Relation
+
+Chosen: TypeAlias = NDArray[np.bool_]
 
 _TURN = 2.0 * math.pi
 _SLACK = 1e-9
@@ -55,7 +58,7 @@ def _least(a: Interval) -> Array:
     return np.maximum(np.maximum(a.lower, -a.upper), 0.0)
 
 
-def _where(chosen: Array, a: Interval, b: Interval) -> Interval:
+def _where(chosen: Chosen, a: Interval, b: Interval) -> Interval:
     return Interval(np.where(chosen, a.lower, b.lower), np.where(chosen, a.upper, b.upper))
 
 
@@ -72,9 +75,10 @@ def _wave(a: Interval, wave: Callable[[Array], Array], top: float) -> Interval:
     """Range of a sine or cosine whose upper peaks are at top + 2 k pi."""
     first, last = wave(a.lower), wave(a.upper)
 
-    def reached(peak: float) -> Array:
+    def reached(peak: float) -> Chosen:
         following = peak + _TURN * np.ceil((a.lower - _SLACK - peak) / _TURN)
-        return following <= a.upper + _SLACK
+        found: Chosen = following <= a.upper + _SLACK
+        return found
 
     return Interval(
         np.where(reached(top + math.pi), -1.0, np.minimum(first, last)),
@@ -281,7 +285,7 @@ class FieldFunctions:
         )
 
     def _chosen(
-        self, a: Field, b: Field, first: Array, left: Field, right: Field
+        self, a: Field, b: Field, first: Chosen, left: Field, right: Field
     ) -> Interval | None:
         """Slope of a where ``first``, of b where left > right surely, of either elsewhere."""
         if a.slope is None and b.slope is None:

@@ -134,7 +134,7 @@ class Residual(Generic[T]):
         parameters: dict[sp.Symbol, T],
         side: T,
     ) -> T:
-        """s R_i / g_i for step ``index`` (from 0), everything unknown at its worst.
+        """S R_i / g_i for step ``index`` (from 0), everything unknown at its worst.
 
         ``errors`` are e_1..e_i, ``side`` is s.
         """
@@ -162,7 +162,7 @@ class Residual(Generic[T]):
         parameters: dict[sp.Symbol, T],
         side: T,
     ) -> T:
-        """s R_n, everything unknown at its worst."""
+        """S R_n, everything unknown at its worst."""
         index, at = self._plant.order - 1, self._functions
         none = at.number(sp.S.Zero)
         signed, any_sign, _ = self._driven(index, law, center, errors, parameters, none)
@@ -185,15 +185,17 @@ class Residual(Generic[T]):
         at, values = self._functions, dict(parameters)
         signed: T | None = None
         any_sign: T | None = None
-        away: T | None = errors[0]
+        away: T | None = None
+        state = at.add(center.r[0], errors[0])
         for j, force in enumerate(self.forces[: index + 1]):
-            values[self._plant.states[j]] = at.add(center.r[j], away)
+            values[self._plant.states[j]] = state
             low = high = evaluate(force.g_lower, values, at)
             if force.g_upper != force.g_lower:
                 high = evaluate(force.g_upper, values, at)
             away = last
             if j < index:
                 away = at.sub(errors[j + 1], law.value(j, errors[j]))
+                state = at.add(center.r[j + 1], away)
             own, other = self._own(force, values, center, j, (low, high), away)
             if signed is not None:
                 steep = law.rate(j - 1, errors[j - 1])
@@ -253,7 +255,7 @@ class Residual(Generic[T]):
         return at.mul(at.sub(g, followed), center.r[j + 1])
 
     def _carried(self, g: tuple[T, T], ahead: T) -> tuple[T, T | None]:
-        """g x as its middle and what its range adds at most."""
+        """G x as its middle and what its range adds at most."""
         at, (low, high) = self._functions, g
         if low is high:
             return at.mul(low, ahead), None

@@ -299,14 +299,14 @@ def maximize(
 def _peaks(
     pools: list[_Pool], box: tuple[Array, Array], best: float, effort: Effort
 ) -> tuple[Peak, ...]:
-    """The highest points, each some way apart from those that are higher."""
+    """Choose the highest points, each some way apart from those that are higher."""
     entries: list[tuple[float, Array, Array, float]] = []
     for pool in pools:
-        for center, free, side, value in pool.seen:
+        for centers, frees, sides, values in pool.seen:
             entries += [
-                (float(value[j]), center[:, j], free[:, j], float(side[j]))
-                for j in range(value.size)
-                if value[j] >= best - _POOR * abs(best)
+                (float(values[j]), centers[:, j], frees[:, j], float(sides[j]))
+                for j in range(values.size)
+                if values[j] >= best - _POOR * abs(best)
             ]
     entries.sort(key=lambda entry: -entry[0])
     width = np.where(box[1] > box[0], box[1] - box[0], 1.0)

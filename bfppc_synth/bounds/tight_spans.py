@@ -11,7 +11,8 @@ import sympy as sp
 from bfppc_synth.bounds.dual_arrays import Dual, DualFunctions, constant
 from bfppc_synth.bounds.interval_arrays import Interval, IntervalFunctions, interval
 from bfppc_synth.bounds.latch import reference_expression, starts
-from bfppc_synth.bounds.nominal_cells import Cells, Span as Period, later_cells, transition_cells
+from bfppc_synth.bounds.nominal_cells import Cells, later_cells, transition_cells
+from bfppc_synth.bounds.nominal_cells import Span as Period
 from bfppc_synth.bounds.nominal_following import Follower
 from bfppc_synth.bounds.performance import rho_end, rho_floor
 from bfppc_synth.bounds.rounding import above, below
@@ -159,11 +160,10 @@ class _Performance:
             wide = [j for j in self._kept(period) if j > 0]
             early = period is Period.TRANSITION and len(self._rhos) > 1
 
-            def follow(
-                at: list[Dual], wide: Sequence[int] = tuple(wide), early: bool = early
-            ) -> list[Dual]:
+            def follow(at: list[Dual], wide: Sequence[int] = tuple(wide)) -> list[Dual]:
                 begin = self._begin(wide, at[2 : 2 + len(wide)])
-                now = at[-1] if early else None
+                # The time stands last, where there is one.
+                now = at[-1] if len(at) > 2 + len(wide) else None
                 found = self._joined(None, now, begin, len(at))
                 found[0], found[self._plant.order + 1] = at[0], at[1]
                 return found
@@ -176,7 +176,7 @@ class _Performance:
         return tuple(spans)
 
     def _kept(self, period: Period) -> list[int]:
-        """Starts that still matter: all of them, or those whose rho has a floor."""
+        """List the starts that still matter: all, or those whose rho has a floor."""
         if period is Period.TRANSITION:
             return self._wide
         return [j for j in self._wide if self._rhos[j].kind is RhoKind.EXPONENTIAL]
@@ -213,7 +213,7 @@ def _end(rho: RhoSpec) -> float:
 
 
 def _faded(rho: RhoSpec, now: Dual | None, end: float, count: int) -> tuple[Dual, Dual]:
-    """rho and drho at ``now``, or for all t >= end."""
+    """Rho and drho at ``now``, or for all t >= end."""
     none = np.zeros(1)
     if rho.kind is RhoKind.EXPONENTIAL:
         floor, rate = rho_floor(rho), upper_bound(rho.rate)
@@ -226,9 +226,9 @@ def _faded(rho: RhoSpec, now: Dual | None, end: float, count: int) -> tuple[Dual
         fall = at.exp(at.mul(at.number(-sp.Rational(rate.numerator, rate.denominator)), now))
         share = 1 - floor
         left_over = at.mul(at.number(sp.Rational(share.numerator, share.denominator)), fall)
-        size = at.add(at.number(sp.Rational(floor.numerator, floor.denominator)), left_over)
+        least = at.number(sp.Rational(floor.numerator, floor.denominator))
         slow = at.number(-sp.Rational(rate.numerator, rate.denominator))
-        return size, at.mul(slow, left_over)
+        return at.add(least, left_over), at.mul(slow, left_over)
     zero = constant(Interval(none, none), count)
     if now is None:
         return zero, zero

@@ -83,6 +83,8 @@ def round_candidate(
 
 
 def rounded(shape: Shape, kinds: set[Slot], step: int, digits: int) -> Shape:
+    """Round the free gains of one step to significant digits, to nearest."""
+
     def free(*wanted: Kind) -> bool:
         return any(Slot(kind=kind, step=step) in kinds for kind in wanted)
 

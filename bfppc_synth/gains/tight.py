@@ -84,6 +84,19 @@ def search_tight(
     return best
 
 
+def repaired(
+    problem: DesignProblem, search: TightSearch, candidate: Candidate, widening: Widening
+) -> Candidate | None:
+    """Set the levels of a design again, with other claims or another margin; search nothing."""
+    judge, given = Judge(problem), candidate.evaluation
+    repair = Repair(judge, search, Effort(), widening)
+    values = values_as_they_are(problem, given)
+    if not is_free(problem):
+        return repair.judged(given.shapes, given.half_widths, given.alternative)
+    found = (repair.feasible(values, given.alternative, digits) for digits in _DIGITS)
+    return next((candidate for candidate in found if candidate is not None), None)
+
+
 class _Loop:
     """The rounds of one alternative."""
 

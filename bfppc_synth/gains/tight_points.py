@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from bfppc_synth.bounds.feedback import Numbers
     from bfppc_synth.bounds.tight_bounds import Worst
+    from bfppc_synth.expressions.evaluate import Functions
     from bfppc_synth.expressions.flatten import Relation
     from bfppc_synth.gains.problem import DesignProblem
     from bfppc_synth.model.shapes import GenericShape
@@ -49,9 +50,11 @@ class SymbolicFunctions:
 
     def __init__(self, module: Any) -> None:
         self._ca = module
-        for name in ("exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "atan", "asinh"):
-            setattr(self, name, getattr(module, name))
-        self.sqrt, self.absolute, self.sign = module.sqrt, module.fabs, module.sign
+        self.exp, self.log, self.sqrt = module.exp, module.log, module.sqrt
+        self.sin, self.cos, self.tan = module.sin, module.cos, module.tan
+        self.sinh, self.cosh, self.tanh = module.sinh, module.cosh, module.tanh
+        self.atan, self.asinh = module.atan, module.asinh
+        self.absolute, self.sign = module.fabs, module.sign
         self.minimum, self.maximum = module.fmin, module.fmax
 
     def number(self, value: sp.Expr) -> Any:
@@ -118,7 +121,8 @@ class PointLoads:
         module: Any,
     ) -> None:
         model = None if problem.nominal is None else problem.nominal.model
-        self._residual = Residual(problem.plant, model, SymbolicFunctions(module))
+        functions: Functions[Any] = SymbolicFunctions(module)
+        self._residual: Residual[Any] = Residual(problem.plant, model, functions)
         self._law = _SymbolicLaw(shapes, numbers)
         self._widths, self._module = half_widths, module
         self._fixed = {
@@ -127,13 +131,13 @@ class PointLoads:
         }
 
     def load(self, step: int, point: Worst) -> Any:
-        """s R_i / g_i, i = ``step`` + 1."""
+        """S R_i / g_i, i = ``step`` + 1."""
         center, errors, parameters = self._at(point)
         side = self._module.SX(point.side)
         return self._residual.load(step, self._law, center, errors, parameters, side)
 
     def rate(self, point: Worst) -> Any:
-        """s R_n."""
+        """S R_n."""
         center, errors, parameters = self._at(point)
         side = self._module.SX(point.side)
         return self._residual.rate(self._law, center, errors, parameters, side)

@@ -12,25 +12,26 @@ from typing import TYPE_CHECKING
 
 from bfppc_synth.bounds.chain import chain_input, evaluate_chain
 from bfppc_synth.bounds.feedback import feedback
-from bfppc_synth.bounds.tight_search import Effort
 from bfppc_synth.errors import EnvelopeError
 from bfppc_synth.gains.problem import Kind, Slot, assemble
 from bfppc_synth.gains.rounding import grown, rounded, to_digits
 from bfppc_synth.gains.solve import LEAST_RATE
 from bfppc_synth.gains.tight_points import Points
 from bfppc_synth.model.shapes import Shape
-from bfppc_synth.model.tight import TightBounds
+from bfppc_synth.model.tight import Termwise, TightBounds
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from bfppc_synth.bounds.tight_bounds import Supremum, TightSearch
+    from bfppc_synth.bounds.tight_search import Effort
     from bfppc_synth.gains.evaluation import Evaluation, Judge
 
 # Room of a claim above what was found, relative to F_i*: trees stay small where it is there.
 _ROOM = 1e-3
 # What rounding may add to a termwise load, so that the checker finds it not smaller.
 _ABOVE = 1.0 + 1e-9
+_TERMWISE = 1.005
 _TURNS = 80
 _CLOSE = 2e-5
 
@@ -41,7 +42,7 @@ class Candidate:
 
     evaluation: Evaluation
     points: Points
-    termwise: TightBounds
+    termwise: Termwise
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -135,10 +136,11 @@ class Repair:
             return None
         facets = tuple(self._load(i, shapes, half_widths).points for i in range(order))
         moved = self._moved(shapes, half_widths)
+        termwise = self._termwise(shapes, half_widths)
         return Candidate(
             evaluation=found,
             points=Points(facets=facets, rate=() if moved is None else moved.points),
-            termwise=self._termwise(shapes, half_widths),
+            termwise=Termwise(load=termwise.load, rate=termwise.rate, U=None),
         )
 
     def searched(
@@ -222,14 +224,20 @@ class Repair:
         ahead = half_widths[step + 1] if step + 1 < len(half_widths) else 0.0
         least = LEAST_RATE * half_widths[step]
         wide = max(found.upper, 0.0) + _ROOM * (max(found.upper, 0.0) + ahead) + 1e-3 * least
-        wide *= self._widening.load[step]
-        return min(wide, self._termwise(shapes, half_widths).load[step])
+        termwise, factor = self._termwise(shapes, half_widths).load[step], self._widening.load[step]
+        if math.isinf(factor):
+            # The checker's own termwise value may be a little above this one.
+            return _TERMWISE * termwise
+        return min(factor * wide, termwise)
 
     def _rate(self, shapes: tuple[Shape, ...], half_widths: tuple[float, ...]) -> float:
         termwise = self._termwise(shapes, half_widths).rate
         found = self._moved(shapes, half_widths)
         if found is None:
-            return termwise
+            # Nothing asks for less.
+            return _TERMWISE * termwise
+        if math.isinf(self._widening.rate):
+            return _TERMWISE * termwise
         wide = max(found.upper, 0.0) * (1.0 + _ROOM) * self._widening.rate
         return min(wide + LEAST_RATE * 1e-3 * half_widths[-1], termwise)
 
