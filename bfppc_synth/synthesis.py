@@ -202,9 +202,7 @@ def restore(folder: Path) -> Design:
     found = Judge(problem).best(shapes, widths, tight)
     if found is None or len(shapes) != spec.order:
         raise UsageError(f"{folder}: the gains of report.json do not fit plant.yaml")
-    certificate = replace(
-        _judged_in_floats(problem, found), verdict=verdict, document=document_text
-    )
+    certificate = replace(_judged_in_floats(problem, found), verdict=verdict, document=proof)
     return replace(_design(problem, signals, found, certificate), termwise=termwise)
 
 

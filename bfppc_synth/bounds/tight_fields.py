@@ -8,12 +8,23 @@ A cell where a subexpression has no value gets NaN there, which later counts as 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bfppc_synth.bounds.interval_arrays import Array, Interval
+from bfppc_synth.bounds.tight_ranges import (
+    Chosen,
+    either,
+    folded,
+    hull,
+    nearest_to_zero,
+    plus,
+    product,
+    rising,
+    side,
+    wave,
+)
 from bfppc_synth.expressions.evaluate import nearest_float
 
 if TYPE_CHECKING:
@@ -23,67 +34,12 @@ if TYPE_CHECKING:
 
     from bfppc_synth.expressions.flatten import Relation
 
-Chosen: TypeAlias = NDArray[np.bool_]
-
-_TURN = 2.0 * math.pi
-_SLACK = 1e-9
-
 
 class Field(NamedTuple):
     """Values over ``m`` cells, and slopes (one row per coordinate) or None for a constant."""
 
     value: Interval
     slope: Interval | None
-
-
-def product(a: Interval, b: Interval) -> Interval:
-    """Return a * b; shapes broadcast."""
-    one, two = a.lower * b.lower, a.lower * b.upper
-    three, four = a.upper * b.lower, a.upper * b.upper
-    return Interval(
-        np.minimum(np.minimum(one, two), np.minimum(three, four)),
-        np.maximum(np.maximum(one, two), np.maximum(three, four)),
-    )
-
-
-def _sum(a: Interval, b: Interval) -> Interval:
-    return Interval(a.lower + b.lower, a.upper + b.upper)
-
-
-def _hull(a: Interval, b: Interval) -> Interval:
-    return Interval(np.minimum(a.lower, b.lower), np.maximum(a.upper, b.upper))
-
-
-def _least(a: Interval) -> Array:
-    return np.maximum(np.maximum(a.lower, -a.upper), 0.0)
-
-
-def _where(chosen: Chosen, a: Interval, b: Interval) -> Interval:
-    return Interval(np.where(chosen, a.lower, b.lower), np.where(chosen, a.upper, b.upper))
-
-
-def _rising(a: Interval, function: Callable[[Array], Array]) -> Interval:
-    return Interval(function(a.lower), function(a.upper))
-
-
-def _folded(a: Interval, function: Callable[[Array], Array]) -> Interval:
-    """Range of a function of |x| that grows with it."""
-    return Interval(function(_least(a)), function(a.magnitude()))
-
-
-def _wave(a: Interval, wave: Callable[[Array], Array], top: float) -> Interval:
-    """Range of a sine or cosine whose upper peaks are at top + 2 k pi."""
-    first, last = wave(a.lower), wave(a.upper)
-
-    def reached(peak: float) -> Chosen:
-        following = peak + _TURN * np.ceil((a.lower - _SLACK - peak) / _TURN)
-        found: Chosen = following <= a.upper + _SLACK
-        return found
-
-    return Interval(
-        np.where(reached(top + math.pi), -1.0, np.minimum(first, last)),
-        np.where(reached(top), 1.0, np.maximum(first, last)),
-    )
 
 
 class FieldFunctions:
@@ -98,8 +54,8 @@ class FieldFunctions:
         """Return a + b."""
         slope = a.slope if b.slope is None else b.slope
         if a.slope is not None and b.slope is not None:
-            slope = _sum(a.slope, b.slope)
-        return Field(_sum(a.value, b.value), slope)
+            slope = plus(a.slope, b.slope)
+        return Field(plus(a.value, b.value), slope)
 
     def sub(self, a: Field, b: Field) -> Field:
         """Return a - b."""
@@ -116,7 +72,7 @@ class FieldFunctions:
         right = None if b.slope is None else product(b.slope, a.value)
         slope = left if right is None else right
         if left is not None and right is not None:
-            slope = _sum(left, right)
+            slope = plus(left, right)
         return Field(product(a.value, b.value), slope)
 
     def div(self, a: Field, b: Field) -> Field:
@@ -130,14 +86,14 @@ class FieldFunctions:
         if b.slope is not None:
             carried = product(b.slope, value)
             away = Interval(-carried.upper, -carried.lower)
-            slope = away if slope is None else _sum(slope, away)
+            slope = away if slope is None else plus(slope, away)
         return Field(value, None if slope is None else product(slope, below))
 
     def power(self, a: Field, exponent: int) -> Field:
         """Return a**exponent for an integer exponent >= 2."""
 
         def raised(power: int) -> Interval:
-            grows = _rising if power % 2 else _folded
+            grows = rising if power % 2 else folded
             return grows(a.value, lambda x: x**power)
 
         rate = raised(exponent - 1)
@@ -146,7 +102,7 @@ class FieldFunctions:
 
     def sqrt(self, a: Field) -> Field:
         """Return the root; its slope is not bounded at 0."""
-        value = _rising(a.value, np.sqrt)
+        value = rising(a.value, np.sqrt)
         return _chained(a, value, lambda: Interval(0.5 / value.upper, 0.5 / value.lower))
 
     def root_power(self, a: Field, p: int, q: int) -> Field:
@@ -160,81 +116,81 @@ class FieldFunctions:
             return x**share
 
         if q % 2 == 0:
-            value = _rising(a.value, even)
+            value = rising(a.value, even)
         elif p % 2:
-            value = _rising(a.value, odd)
+            value = rising(a.value, odd)
         else:
-            value = _folded(a.value, even)
+            value = folded(a.value, even)
 
         def slope() -> Interval:
-            near, far = _least(a.value), a.value.magnitude()
+            near, far = nearest_to_zero(a.value), a.value.magnitude()
             ends = share * near ** (share - 1.0), share * far ** (share - 1.0)
             size = Interval(np.minimum(*ends), np.maximum(*ends))
             if p % 2:
                 return size
             # An even numerator falls on the left of 0.
-            return product(size, _side(a.value))
+            return product(size, side(a.value))
 
         return _chained(a, value, slope)
 
     def exp(self, a: Field) -> Field:
         """Return e**a."""
-        value = _rising(a.value, np.exp)
+        value = rising(a.value, np.exp)
         return _chained(a, value, lambda: value)
 
     def log(self, a: Field) -> Field:
         """Return the natural logarithm."""
-        value = _rising(a.value, np.log)
+        value = rising(a.value, np.log)
         return _chained(a, value, lambda: Interval(1.0 / a.value.upper, 1.0 / a.value.lower))
 
     def sin(self, a: Field) -> Field:
         """Return the sine."""
-        value = _wave(a.value, np.sin, 0.5 * math.pi)
-        return _chained(a, value, lambda: _wave(a.value, np.cos, 0.0))
+        value = wave(a.value, np.sin, 0.5 * math.pi)
+        return _chained(a, value, lambda: wave(a.value, np.cos, 0.0))
 
     def cos(self, a: Field) -> Field:
         """Return the cosine."""
-        value = _wave(a.value, np.cos, 0.0)
-        return _chained(a, value, lambda: _wave(a.value, lambda x: -np.sin(x), -0.5 * math.pi))
+        value = wave(a.value, np.cos, 0.0)
+        return _chained(a, value, lambda: wave(a.value, lambda x: -np.sin(x), -0.5 * math.pi))
 
     def tan(self, a: Field) -> Field:
         """Return the tangent inside one branch, NaN elsewhere."""
-        cosine = _wave(a.value, np.cos, 0.0)
+        cosine = wave(a.value, np.cos, 0.0)
         pole = (cosine.lower <= 0.0) & (cosine.upper >= 0.0)
-        held = _rising(a.value, np.tan)
+        held = rising(a.value, np.tan)
         value = Interval(np.where(pole, np.nan, held.lower), np.where(pole, np.nan, held.upper))
-        square = _folded(value, np.square)
+        square = folded(value, np.square)
         return _chained(a, value, lambda: Interval(1.0 + square.lower, 1.0 + square.upper))
 
     def sinh(self, a: Field) -> Field:
         """Return the hyperbolic sine."""
-        return _chained(a, _rising(a.value, np.sinh), lambda: _folded(a.value, np.cosh))
+        return _chained(a, rising(a.value, np.sinh), lambda: folded(a.value, np.cosh))
 
     def cosh(self, a: Field) -> Field:
         """Return the hyperbolic cosine."""
-        return _chained(a, _folded(a.value, np.cosh), lambda: _rising(a.value, np.sinh))
+        return _chained(a, folded(a.value, np.cosh), lambda: rising(a.value, np.sinh))
 
     def tanh(self, a: Field) -> Field:
         """Return the hyperbolic tangent."""
-        value = _rising(a.value, np.tanh)
+        value = rising(a.value, np.tanh)
 
         def slope() -> Interval:
-            square = _folded(value, np.square)
+            square = folded(value, np.square)
             return Interval(1.0 - square.upper, 1.0 - square.lower)
 
         return _chained(a, value, slope)
 
     def atan(self, a: Field) -> Field:
         """Return the arc tangent."""
-        square = _folded(a.value, np.square)
+        square = folded(a.value, np.square)
         rate = Interval(1.0 / (1.0 + square.upper), 1.0 / (1.0 + square.lower))
-        return _chained(a, _rising(a.value, np.arctan), lambda: rate)
+        return _chained(a, rising(a.value, np.arctan), lambda: rate)
 
     def asinh(self, a: Field) -> Field:
         """Return the inverse hyperbolic sine."""
-        square = _folded(a.value, np.square)
+        square = folded(a.value, np.square)
         rate = Interval((1.0 + square.upper) ** -0.5, (1.0 + square.lower) ** -0.5)
-        return _chained(a, _rising(a.value, np.arcsinh), lambda: rate)
+        return _chained(a, rising(a.value, np.arcsinh), lambda: rate)
 
     def absolute(self, a: Field) -> Field:
         """Return |a|; at the kink its slope is anything between both sides."""
@@ -242,14 +198,14 @@ class FieldFunctions:
         # Up to the kink itself it is one of its two branches.
         falls = (upper <= 0.0) & (lower < 0.0)
         slope = Interval(np.where(lower >= 0.0, 1.0, -1.0), np.where(falls, -1.0, 1.0))
-        return _chained(a, _folded(a.value, np.abs), lambda: slope)
+        return _chained(a, folded(a.value, np.abs), lambda: slope)
 
     def sign(self, a: Field) -> Field:
         """Return the sign; across its jump the slope is not bounded."""
-        side = _side(a.value)
+        value = side(a.value)
         still = (a.value.lower > 0.0) | (a.value.upper < 0.0)
         steep = np.where(still, 0.0, np.inf)
-        return _chained(a, side, lambda: Interval(-steep, steep))
+        return _chained(a, value, lambda: Interval(-steep, steep))
 
     def minimum(self, a: Field, b: Field) -> Field:
         """Return the smaller one."""
@@ -269,8 +225,8 @@ class FieldFunctions:
         del relation
         yes = left.value.upper < right.value.lower
         no = left.value.lower > right.value.upper
-        value = _where(
-            yes, then.value, _where(no, otherwise.value, _hull(then.value, otherwise.value))
+        value = either(
+            yes, then.value, either(no, otherwise.value, hull(then.value, otherwise.value))
         )
         slope = self._chosen(then, otherwise, yes, left, right)
         if slope is None:
@@ -294,11 +250,7 @@ class FieldFunctions:
         one = Interval(zero, zero) if a.slope is None else a.slope
         two = Interval(zero, zero) if b.slope is None else b.slope
         second = left.value.lower > right.value.upper
-        return _where(first, one, _where(second, two, _hull(one, two)))
-
-
-def _side(a: Interval) -> Interval:
-    return Interval(np.where(a.lower > 0.0, 1.0, -1.0), np.where(a.upper < 0.0, -1.0, 1.0))
+        return either(first, one, either(second, two, hull(one, two)))
 
 
 def _chained(a: Field, value: Interval, slope: Callable[[], Interval]) -> Field:
