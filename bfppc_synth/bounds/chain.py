@@ -177,7 +177,10 @@ def evaluate_chain(
         add("W").append(keep("W", i, residual.disturbance(i, reach)))
         add("G").append(keep("G", i, residual.gain_upper(i, reach)))
         add("g").append(keep("g_min", i, residual.gain_lower(i, reach)))
-        add("D").append(keep("D", i, add("W")[i] if i == 0 else add("W")[i] + add("B")[i - 1]))
+        own_load: Any = add("W")[i] if i == 0 else add("W")[i] + add("B")[i - 1]
+        if tight is not None and i == order - 1:
+            own_load = tight.rate
+        add("D").append(keep("D", i, own_load))
         ahead: Any = numbers.number(0.0) if i == order - 1 else p[i + 1] + start.feed[i]
         add("B").append(
             numbers.number(0.0)
@@ -203,8 +206,6 @@ def evaluate_chain(
             own: Any = tight.load[i]
             value = own if i == order - 1 else own + p[i + 1]
         demand.append(keep("F_star", i, value))
-    if tight is not None:
-        columns["D"][-1] = tight.rate
     return _close(start, columns, tuple(demand), numbers)
 
 

@@ -124,3 +124,26 @@ def grown(shape: Shape, kinds: set[Slot], step: int, factor: float, digits: int)
     if free(Kind.POWER):
         return replace(shape, c=up(shape.c))
     return shape
+
+
+def scaled(shape: Shape, kinds: set[Slot], step: int, factor: float, digits: int) -> Shape:
+    """Multiply the free term of a shape; the bend of a free tanh stays."""
+
+    def free(kind: Kind) -> bool:
+        return Slot(kind=kind, step=step) in kinds
+
+    def up(value: float) -> float:
+        return to_digits(value * factor, digits, upward=1)
+
+    if free(Kind.LINEAR):
+        return replace(shape, k=up(shape.k))
+    if free(Kind.TANH):
+        M = up(shape.M)
+        return replace(shape, M=M, epsilon=to_digits(shape.epsilon * M / shape.M, digits))
+    if free(Kind.HEIGHT):
+        return replace(shape, M=up(shape.M))
+    if free(Kind.BEND):
+        return replace(shape, epsilon=to_digits(shape.epsilon / factor, digits, upward=-1))
+    if free(Kind.POWER):
+        return replace(shape, c=up(shape.c))
+    return shape

@@ -7,14 +7,14 @@ to what its own load asks for, raised or lowered, before the next load is looked
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from bfppc_synth.bounds.chain import chain_input, evaluate_chain
 from bfppc_synth.bounds.feedback import feedback
 from bfppc_synth.errors import EnvelopeError
 from bfppc_synth.gains.problem import Kind, Slot, assemble
-from bfppc_synth.gains.rounding import grown, rounded, to_digits
+from bfppc_synth.gains.rounding import grown, rounded, scaled, to_digits
 from bfppc_synth.gains.solve import LEAST_RATE
 from bfppc_synth.gains.tight_points import Points
 from bfppc_synth.model.shapes import Shape
@@ -129,8 +129,7 @@ class Repair:
     ) -> Candidate | None:
         """Evaluate a design as it is; None where a bound breaks down."""
         order = len(shapes)
-        loads = tuple(self._claimed(i, shapes, half_widths) for i in range(order))
-        tight = TightBounds(load=loads, rate=self._rate(shapes, half_widths))
+        tight = self.claims(shapes, half_widths)
         found = self.judge.evaluate(shapes, half_widths, alternative, tight)
         if found is None:
             return None
@@ -142,6 +141,11 @@ class Repair:
             points=Points(facets=facets, rate=() if moved is None else moved.points),
             termwise=Termwise(load=termwise.load, rate=termwise.rate, U=None),
         )
+
+    def claims(self, shapes: tuple[Shape, ...], half_widths: tuple[float, ...]) -> TightBounds:
+        """Bound all loads and the rate of a design."""
+        loads = tuple(self._claimed(i, shapes, half_widths) for i in range(len(shapes)))
+        return TightBounds(load=loads, rate=self._rate(shapes, half_widths))
 
     def searched(
         self, step: int, shapes: tuple[Shape, ...], half_widths: tuple[float, ...]
@@ -159,8 +163,7 @@ class Repair:
     ) -> Candidate | None:
         """Set the last level: what it is asked for depends on itself through zeta."""
         last, margin = len(shapes) - 1, self.judge.problem.margin
-        loads = tuple(self._claimed(i, shapes, half_widths) for i in range(len(shapes)))
-        tight = TightBounds(load=loads, rate=self._rate(shapes, half_widths))
+        tight = self.claims(shapes, half_widths)
         free = [slot for slot in kinds if slot.step == last]
         for turn in range(_TURNS):
             found = self.judge.evaluate(shapes, half_widths, alternative, tight)
@@ -181,7 +184,7 @@ class Repair:
             else:
                 # Half of the way down on the logarithmic scale, where U2 bends most.
                 factor = min(lack, 10.0) if lack > 1.0 else max(lack, 0.01)
-                shape = _scaled(before, kinds, last, max(factor, 1e-30), digits)
+                shape = scaled(before, kinds, last, max(factor, 1e-30), digits)
             if shape == before:
                 shape = grown(before, kinds, last, max(lack, 1.0), digits)
                 if lack <= 1.0:
@@ -204,7 +207,7 @@ class Repair:
             lack = wanted / reached if reached > 0.0 else 2.0
             if 1.0 - 10.0 ** (1 - digits) <= lack <= 1.0:
                 break
-            changed = _scaled(shape, kinds, step, lack, digits)
+            changed = scaled(shape, kinds, step, lack, digits)
             if changed == shape:
                 if lack <= 1.0:
                     break
@@ -274,26 +277,3 @@ class Repair:
             whole = load / g + ahead if g > 0.0 else math.inf
             loads.append(whole * _ABOVE + 1e-15 * half_widths[i] if whole < math.inf else math.inf)
         return TightBounds(load=tuple(loads), rate=bounds.D[-1] * _ABOVE + 1e-15 * half_widths[-1])
-
-
-def _scaled(shape: Shape, kinds: set[Slot], step: int, factor: float, digits: int) -> Shape:
-    """Multiply the free term of a shape; the bend of a free tanh stays."""
-
-    def free(kind: Kind) -> bool:
-        return Slot(kind=kind, step=step) in kinds
-
-    def up(value: float) -> float:
-        return to_digits(value * factor, digits, upward=1)
-
-    if free(Kind.LINEAR):
-        return replace(shape, k=up(shape.k))
-    if free(Kind.TANH):
-        M = up(shape.M)
-        return replace(shape, M=M, epsilon=to_digits(shape.epsilon * M / shape.M, digits))
-    if free(Kind.HEIGHT):
-        return replace(shape, M=up(shape.M))
-    if free(Kind.BEND):
-        return replace(shape, epsilon=to_digits(shape.epsilon / factor, digits, upward=-1))
-    if free(Kind.POWER):
-        return replace(shape, c=up(shape.c))
-    return shape
