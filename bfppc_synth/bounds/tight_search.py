@@ -23,7 +23,7 @@ _LEAST_BATCH, _MOST_BATCH = 16, 128
 _WAITING = 0.2
 # Points this much below the largest are no worst points.
 _POOR = 0.3
-_APART = 0.2
+_APART = 0.12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,7 +57,7 @@ class Effort:
 
     gap: float = 1e-3
     cuts: int = 300
-    peaks: int = 6
+    peaks: int = 12
 
 
 def maximize(

@@ -27,8 +27,6 @@ GRID = 32
 ROOM = 5.0
 # A rate [1/s] below which a load counts as this much of p: keeps log F* finite for f = 0.
 LEAST_RATE = 1e-6
-# Start of the log of a load that is 0.
-LEAST_LOAD = 1e-9
 
 
 class CasadiNumbers:
@@ -171,7 +169,7 @@ class Program:
     """One alternative and pattern of the design problem, compiled once, solved from any start.
 
     With ``points`` the loads are the largest at these points instead of the termwise ones:
-    each load is a variable above its values there.
+    each load is a variable above its values there, in shares of ``points.scales``.
     """
 
     def __init__(
@@ -193,10 +191,11 @@ class Program:
         start = chain_input(shapes, widths, problem.center, problem.conditions, numbers)
         rows, room, loads = [], ROOM * problem.margin, None
         if points is not None:
-            logs = [variables[len(free) + j] for j in range(self._loads)]
-            *load, rate = [ca.exp(log) for log in logs]
-            loads = Loads(load=tuple(load), rate=rate)
-            rows += _pressed(PointLoads(problem, shapes, widths, numbers, ca), points, logs)
+            shares = [variables[len(free) + j] for j in range(self._loads)]
+            pressed = [share * scale for share, scale in zip(shares, points.scales, strict=True)]
+            loads = Loads(load=tuple(pressed[:-1]), rate=pressed[-1])
+            values_there = PointLoads(problem, shapes, widths, numbers, ca)
+            rows += _pressed(values_there, points, shares)
         bounds = evaluate_chain(start, residual, numbers, problem.theorem.rules, loads)
         inner = ca.exp(variables[count]) if self._needs_inner else None
         for demand in problem.theorem.demands(alternative, start, bounds, numbers, inner):
@@ -210,34 +209,36 @@ class Program:
         self._solver = _Solver(variables, goal, rows)
 
     def solve(
-        self, start: Mapping[Slot, float], inner: float, loads: tuple[float, ...] = ()
+        self, start: Mapping[Slot, float], inner: float, reach: float = 30.0
     ) -> dict[Slot, float] | None:
         """Solve from positive start values; None where the iterates broke down.
 
-        ``inner`` is the start of phi_n's argument in the last inequality, below p_n; ``loads``
-        the starts of load_1..load_n and of the rate, where there are points.
+        ``inner`` is the start of phi_n's argument in the last inequality, below p_n; ``reach``
+        how far a log may move from its start.
 
         The result is a candidate, whatever the solver's status says: the caller re-evaluates it.
         """
         guess = [math.log(start[slot]) for slot in self._free]
         limits = [log_limits(slot) for slot in self._free]
-        lower = [max(low, g - 30.0) for (low, _), g in zip(limits, guess, strict=True)]
-        upper = [min(high, g + 30.0) for (_, high), g in zip(limits, guess, strict=True)]
-        further = [max(load, LEAST_LOAD) for load in loads]
+        lower = [max(low, g - reach) for (low, _), g in zip(limits, guess, strict=True)]
+        upper = [min(high, g + reach) for (_, high), g in zip(limits, guess, strict=True)]
+        guess += [1.0] * self._loads
+        lower += [0.0] * self._loads
+        upper += [math.inf] * self._loads
         if self._needs_inner:
-            further.append(inner)
-        guess += map(math.log, further)
-        lower += [-60.0] * len(further)
-        upper += [60.0] * len(further)
+            guess.append(math.log(inner))
+            lower.append(-60.0)
+            upper.append(60.0)
         logs = self._solver.run(guess, lower, upper)
         if logs is None:
             return None
         return {slot: math.exp(value) for slot, value in zip(self._free, logs, strict=False)}
 
 
-def _pressed(values: PointLoads, points: Points, logs: list[Any]) -> list[Any]:
-    """Ask every load to be at least its value at each point, relative to itself."""
-    rows = [1 - ca.exp(-logs[-1]) * values.rate(point) for point in points.rate]
+def _pressed(values: PointLoads, points: Points, shares: list[Any]) -> list[Any]:
+    """Ask every load to be at least its value at each point, in shares of its scale."""
+    *scales, rate = points.scales
+    rows = [shares[-1] - values.rate(point) / rate for point in points.rate]
     for step, facet in enumerate(points.facets):
-        rows += [1 - ca.exp(-logs[step]) * values.load(step, point) for point in facet]
+        rows += [shares[step] - values.load(step, point) / scales[step] for point in facet]
     return rows

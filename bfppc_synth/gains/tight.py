@@ -26,6 +26,9 @@ ROUNDS = 6
 # The relaxed program's cost and the best design's agree when they are this close, in logs.
 AGREEMENT = 5e-3
 _DIGITS = (4, 6, 9)
+# Logs of gains and widths move by this much a round: the points say little about far away.
+_REACH = 1.0
+_CLOSER = 0.5
 # Bend of a tanh that starts in place of a linear shape.
 _STRAIGHT = 0.1
 # Shares of the load that p_{i+1} starts at where no termwise design is there to start from.
@@ -115,20 +118,22 @@ class _Loop:
         if self._best is None:
             for share in _SHARES:
                 self._take(self._begun(share))
+        reach = _REACH
         for number in range(1, ROUNDS + 1):
             if self._best is None or self._points is None:
                 break
             self._progress(f"tight bounds ({self._alternative}), round {number}")
             before = _cost(self._best)
-            relaxed = self._relaxed(self._best)
+            relaxed = self._relaxed(self._best, reach)
             if relaxed is None:
                 break
             bound = self._relaxed_cost(relaxed)
             self._take(relaxed)
             if _cost(self._best) - bound <= AGREEMENT:
                 break
-            if number > 2 and before - _cost(self._best) < 0.1 * AGREEMENT:
-                break
+            if _cost(self._best) >= before:
+                # The points said too little about so far away.
+                reach *= _CLOSER
         return self._best
 
     def _take(self, values: Mapping[Slot, float] | None) -> None:
@@ -146,14 +151,11 @@ class _Loop:
                     self._best = found
                 return
 
-    def _relaxed(self, start: Candidate) -> dict[Slot, float] | None:
+    def _relaxed(self, start: Candidate, reach: float) -> dict[Slot, float] | None:
         """Solve the program over the points found so far."""
         program = Program(self._problem, self._free, self._alternative, self._points)
-        evaluation = start.evaluation
-        values = _free_values(self._problem, self._free, evaluation)
-        tight = evaluation.tight
-        loads = () if tight is None else (*tight.load, tight.rate)
-        return program.solve(values, 0.7 * evaluation.half_widths[-1], loads)
+        values = _free_values(self._problem, self._free, start.evaluation)
+        return program.solve(values, 0.7 * start.evaluation.half_widths[-1], reach)
 
     def _relaxed_cost(self, values: Mapping[Slot, float]) -> float:
         judge = self._repair.judge

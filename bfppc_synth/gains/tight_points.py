@@ -25,16 +25,22 @@ _OFF = 1e-30
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Points:
-    """Worst points found so far: of each facet, and of the rate (empty where it is not asked)."""
+    """Worst points found so far: of each facet, and of the rate (empty where it is not asked).
+
+    ``scales`` are the sizes of load_1..load_n and of the rate, at least that of F_i*.
+    """
 
     facets: tuple[tuple[Worst, ...], ...]
     rate: tuple[Worst, ...]
+    scales: tuple[float, ...]
 
     def joined(self, other: Points) -> Points:
         """Return the points of both."""
         pairs = zip(self.facets, other.facets, strict=True)
         return Points(
-            facets=tuple(_union(a, b) for a, b in pairs), rate=_union(self.rate, other.rate)
+            facets=tuple(_union(a, b) for a, b in pairs),
+            rate=_union(self.rate, other.rate),
+            scales=other.scales,
         )
 
 

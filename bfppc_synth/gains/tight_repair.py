@@ -136,9 +136,12 @@ class Repair:
         facets = tuple(self._load(i, shapes, half_widths).points for i in range(order))
         moved = self._moved(shapes, half_widths)
         termwise = self._termwise(shapes, half_widths)
+        least = tuple(LEAST_RATE * p for p in half_widths)
+        demands = (max(pair) for pair in zip(found.bounds.F_star, least, strict=True))
+        scales = (*demands, max(tight.rate, least[-1]))
         return Candidate(
             evaluation=found,
-            points=Points(facets=facets, rate=() if moved is None else moved.points),
+            points=Points(facets=facets, rate=() if moved is None else moved.points, scales=scales),
             termwise=Termwise(load=termwise.load, rate=termwise.rate, U=None),
         )
 
