@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Protocol
 
-from bfppc_synth.bounds.tight_search import Effort
 from bfppc_synth.gains.evaluation import Judge
 from bfppc_synth.gains.methods.demands import Demand
 from bfppc_synth.gains.methods.theorem3 import stage_demands
 from bfppc_synth.gains.problem import Weights
 from bfppc_synth.gains.theorem1.judge import Theorem1Judge
+from bfppc_synth.gains.tight import effort_of
 from bfppc_synth.gains.tight_repair import Repair, Widening
 from bfppc_synth.model.certificate import Strictness
 from bfppc_synth.model.shapes import Shape, Theorem1Gain
@@ -72,7 +72,7 @@ class ShapeForm:
         self._tight: Repair | None = None
         if problem.plant.spec.synthesis.bounds is BoundsKind.TIGHT:
             finder, none = finder_of(problem, signals), Widening.none(problem.order)
-            self._tight = Repair(self._judge, finder, Effort(), none)
+            self._tight = Repair(self._judge, finder, effort_of(problem.order), none)
         self._printed = problem.plant.spec.synthesis.form is Form.PRINTED
 
     def judge(self, candidate: Candidate, alternative: str = "") -> Judged | None:

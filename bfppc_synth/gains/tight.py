@@ -23,17 +23,25 @@ if TYPE_CHECKING:
     from bfppc_synth.gains.tight_points import Points
 
 ROUNDS = 6
+_FEWER_ROUNDS = 2
 # The relaxed program's cost and the best design's agree when they are this close, in logs.
 AGREEMENT = 5e-3
 _DIGITS = (4, 6, 9)
 # Logs of gains and widths move by this much a round: the points say little about far away.
 _REACH = 1.0
 _CLOSER = 0.5
+_FEW_STATES = 3
+_MANY_CUTS = 800
 # Bend of a tanh that starts in place of a linear shape.
 _STRAIGHT = 0.1
 # Shares of the load that p_{i+1} starts at where no termwise design is there to start from.
 _SHARES = (0.3, 0.05, 1.5)
 _NUMBERS = FloatNumbers()
+
+
+def effort_of(order: int) -> Effort:
+    """Say how many cells a load is worth: what a tree of the certificate can hold."""
+    return Effort() if order <= _FEW_STATES else Effort(cuts=_MANY_CUTS)
 
 
 def search_tight(
@@ -72,7 +80,9 @@ def search_tight(
     docs/theory.md section 9.
     """
     judge = Judge(problem)
-    repair = Repair(judge, search, effort or Effort(), widening or Widening.none(problem.order))
+    repair = Repair(
+        judge, search, effort or effort_of(problem.order), widening or Widening.none(problem.order)
+    )
     if not is_free(problem):
         shapes, widths = fixed_design(problem)
         found = [repair.judged(shapes, widths, name) for name in problem.theorem.alternatives()]
@@ -81,7 +91,8 @@ def search_tight(
     best: Candidate | None = None
     for alternative in alternatives(problem):
         loop = _Loop(repair, alternative, progress)
-        reached = loop.run(start)
+        # A second form has the first one's design to start from.
+        reached = loop.run(start) if best is None else loop.run(best.evaluation, _FEWER_ROUNDS)
         if reached is not None and (best is None or _cost(reached) < _cost(best)):
             best = reached
     return best
@@ -92,7 +103,7 @@ def repaired(
 ) -> Candidate | None:
     """Set the levels of a design again, with other claims or another margin; search nothing."""
     judge, given = Judge(problem), candidate.evaluation
-    repair = Repair(judge, search, Effort(), widening)
+    repair = Repair(judge, search, effort_of(problem.order), widening)
     values = values_as_they_are(problem, given)
     if not is_free(problem):
         return repair.judged(given.shapes, given.half_widths, given.alternative)
@@ -111,7 +122,7 @@ class _Loop:
         self._best: Candidate | None = None
         self._points: Points | None = None
 
-    def run(self, start: Evaluation | None) -> Candidate | None:
+    def run(self, start: Evaluation | None, rounds: int = ROUNDS) -> Candidate | None:
         """Repeat until the relaxed program and the best design agree."""
         if start is not None:
             self._take(values_as_they_are(self._problem, start))
@@ -119,7 +130,7 @@ class _Loop:
             for share in _SHARES:
                 self._take(self._begun(share))
         reach = _REACH
-        for number in range(1, ROUNDS + 1):
+        for number in range(1, rounds + 1):
             if self._best is None or self._points is None:
                 break
             self._progress(f"tight bounds ({self._alternative}), round {number}")
