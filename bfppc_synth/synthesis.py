@@ -29,7 +29,8 @@ from bfppc_synth.majorants.derive import derive_majorants
 from bfppc_synth.model.certificate import Certificate, Inequality, Verdict
 from bfppc_synth.model.design import Design
 from bfppc_synth.model.shapes import Shape
-from bfppc_synth.model.spec import CenterKind, Form, Method, Objective
+from bfppc_synth.model.spec import BoundsKind, CenterKind, Form, Method, Objective
+from bfppc_synth.proving import proved
 from bfppc_synth.synthesis_nominal import around_performance, nominal_if_any
 from bfppc_synth.synthesis_theorem1 import (
     prepare_theorem1,
@@ -37,6 +38,7 @@ from bfppc_synth.synthesis_theorem1 import (
     restore_theorem1,
     synthesize_theorem1,
 )
+from bfppc_synth.synthesis_tight import restored_tight, synthesize_tight
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -88,6 +90,12 @@ def synthesize(spec: PlantSpec, *, progress: Callable[[str], None] = _silent) ->
         return synthesize_theorem1(_of_theorem1(spec), MARGINS, progress)
     problem, signals = prepare(spec, progress)
     free = is_free(problem)
+    if spec.synthesis.bounds is BoundsKind.TIGHT:
+        tightened = synthesize_tight(problem, signals, MARGINS, progress)
+        if tightened is None:
+            raise no_design(problem, free=free)
+        design = _design(tightened.problem, signals, tightened.evaluation, tightened.certificate)
+        return replace(design, termwise=tightened.termwise)
     found: Evaluation | None = None
     certificate: Certificate | None = None
     printed = spec.synthesis.form is Form.PRINTED
@@ -103,7 +111,7 @@ def synthesize(spec: PlantSpec, *, progress: Callable[[str], None] = _silent) ->
             certificate = _judged_in_floats(problem, found)
             break
         progress("proving")
-        certificate = _proved(problem, found)
+        certificate = proved(problem, found)
         require_signals(problem.plant, certificate.failures)
         thin = certificate.verdict is not Verdict.CERTIFIED and free
         if not thin or any(not entry.holds for entry in certificate.assumption_checks):
@@ -182,7 +190,8 @@ def restore(folder: Path) -> Design:
         )
         widths = tuple(float(p) for p in document["omega"]["p"])
         verdict = Verdict(document["status"])
-        proved = read_proof(folder)
+        proof = read_proof(folder)
+        tight, termwise = restored_tight(document)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise UsageError(
             f"{folder}: not a generated folder ({type(error).__name__}: {error}); fix: name a"
@@ -192,11 +201,11 @@ def restore(folder: Path) -> Design:
     if document["center"] == CenterKind.PERFORMANCE:
         spec = around_performance(spec)
     problem, signals = prepare(spec, transition=document["performance"].get("transition"))
-    found = Judge(problem).best(shapes, widths)
+    found = Judge(problem).best(shapes, widths, tight)
     if found is None or len(shapes) != spec.order:
         raise UsageError(f"{folder}: the gains of report.json do not fit plant.yaml")
-    judged = _judged_in_floats(problem, found)
-    return _design(problem, signals, found, replace(judged, verdict=verdict, document=proved))
+    certificate = replace(_judged_in_floats(problem, found), verdict=verdict, document=proof)
+    return replace(_design(problem, signals, found, certificate), termwise=termwise)
 
 
 def _of_theorem1(spec: PlantSpec) -> Theorem1Problem:
@@ -222,22 +231,6 @@ def _weights(spec: PlantSpec) -> Weights:
     slope = given.get(Objective.SLOPE, 0.0) + both
     least = SIDE_WEIGHT * max(peak, slope)
     return Weights(peak_input=max(peak, least), slope=max(slope, least))
-
-
-def _proved(problem: DesignProblem, found: Evaluation) -> Certificate:
-    from bfppc_synth.certificate.produce import judge, produce_certificate, tool_name
-    from bfppc_synth.spec.canonical import plant_json
-
-    document = json.loads(plant_json(problem.plant.spec))
-    produced = produce_certificate(
-        document,
-        found.shapes,
-        found.half_widths,
-        tool=tool_name(),
-        stages=() if problem.staging is None else problem.staging.stages,
-        transition=None if problem.nominal is None else problem.nominal.model.transition,
-    )
-    return judge(document, produced)
 
 
 def _judged_in_floats(problem: DesignProblem, found: Evaluation) -> Certificate:
@@ -291,9 +284,12 @@ def _design(
         bounds=found.bounds,
         certificate=replace(certificate, inequalities=tuple(entries)),
         largest_certified_period=(
-            largest_period(problem, found.shapes, found.half_widths) if periodic else 0.0
+            largest_period(problem, found.shapes, found.half_widths, found.tight)
+            if periodic
+            else 0.0
         ),
         stages=() if problem.staging is None else problem.staging.stages,
         nominal=None if problem.nominal is None else problem.nominal.model,
         nominal_split=nominal_split(problem, found),
+        tight=found.tight,
     )

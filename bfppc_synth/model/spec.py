@@ -206,10 +206,7 @@ class ActuatorSpec:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GainSpec:
-    """Gains that the file fixes; None is free. N is always given (default 3).
-
-    gamma, H, H_star and ``epsilon`` belong to theorem1 where noted.
-    """
+    """Gains that the file fixes, None is free; gamma, H and H_star belong to theorem1."""
 
     k: Constant | None = None
     M: Constant | None = None

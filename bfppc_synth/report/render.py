@@ -117,6 +117,7 @@ def render_html(document: Mapping[str, object], design: Design, nominal: Traject
         errors=errors_sentence(document),
         command=command_sentence(document),
         steps=derivation(design, document),
+        tight_tables=[design.spec.states] if design.tight is not None else [],
         obligations=[
             obligation(design, document, entry.id) for entry in design.certificate.inequalities
         ],

@@ -81,6 +81,7 @@ def report_document(
         "plant": plant_entry(spec),
         "majorants": majorant_entries(design),
         "bounds": _bounds(design),
+        **_tight(design),
         **_theorem1(design),
         **nominal_entry(design),
         **stages_entry(design),
@@ -157,6 +158,22 @@ def _gain(gain: Gain) -> dict[str, object]:
         own = {"gamma": gain.gamma, "H": list(gain.H), "H_star": gain.H_star}
         return own | {"c": gain.c, "N": gain.N, "k": gain.k}
     return {"k": gain.k, "M": gain.M, "epsilon": gain.epsilon, "c": gain.c, "N": gain.N}
+
+
+def _tight(design: Design) -> dict[str, object]:
+    """Lay out tight bounds, and beside them what termwise ones say."""
+    tight, termwise = design.tight, design.termwise
+    if tight is None or termwise is None:
+        return {}
+    return {
+        "tight": {
+            "load": finites(tight.load),
+            "rate": finite(tight.rate),
+            "termwise_load": finites(termwise.load),
+            "termwise_rate": finite(termwise.rate),
+            "termwise_U": None if termwise.U is None else finite(termwise.U),
+        }
+    }
 
 
 def _theorem1(design: Design) -> dict[str, object]:
