@@ -11,8 +11,8 @@ from bfppc_synth.bounds.nominal_signals import nominal_center
 from bfppc_synth.bounds.signals import bound_signals, conditions
 from bfppc_synth.errors import EnvelopeError, Mistake, PlantFileError, UsageError
 from bfppc_synth.expressions.symbolic import build_plant
-from bfppc_synth.gains.methods.unified import Unified
 from bfppc_synth.gains.funnel import longest_kept
+from bfppc_synth.gains.methods.unified import Unified
 from bfppc_synth.gains.problem import DesignProblem, fixed_gains
 from bfppc_synth.gains.transition import choose_transition
 from bfppc_synth.majorants.derive import derive_majorants

@@ -1960,7 +1960,7 @@ class Tail:
         if not bounded:
             raise UndecidedError("unbounded for large t")
         low, high = _call("max", bounded)
-        found = low, max(high, *ends)
+        found = low, max([high, *ends])
         return found if side > 0 else neg(found)
 
     def _fresh(self, value: Interval) -> Node:
@@ -4050,7 +4050,7 @@ class _Clearance(Tape):
         self.known: dict[Box, Series] = {}
 
     def _fade(self, box: Box) -> Series:
-        """b and db/dt with their slopes by the coordinates that are wide."""
+        """B and db/dt with their slopes by the coordinates that are wide."""
         path, numbers = self.path, Sloped()
         if box[1:] not in self.known:
             seeds = [
