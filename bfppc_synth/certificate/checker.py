@@ -19,6 +19,7 @@ from __future__ import annotations
 import argparse
 import ast
 import builtins
+import functools
 import hashlib
 import heapq
 import importlib.abc
@@ -1061,6 +1062,10 @@ class Tape:
         """Natural interval extension."""
         return self._values(box)[-1]
 
+    def size(self, box: Box) -> int:
+        """Bound the modulus over a box."""
+        return absolute(self.value(box))[1]
+
     def _values(self, box: Box) -> list[Interval]:
         values: list[Interval] = []
         for (node, places), fixed in zip(self._code, self._fixed, strict=True):
@@ -1225,6 +1230,117 @@ class Tape:
         return Bound(min(best, reach[1]), sample[0], tuple(centre), tuple(face), tuple(open_))
 
 
+class Steep(Tape):
+    """A tape with slopes in reverse, for many symbols; ``held`` of the first are never faces."""
+
+    held = 0
+
+    def gradient(self, box: Box) -> tuple[Interval, Gradient]:
+        """Value and enclosure of all slopes over the box: each place's factor on the result.
+
+        An arg of min or max that may be the extreme one has a weight in [0, 1].
+        """
+        values = self._values(box)
+        factors: list[Interval | None] = [None] * len(values)
+        factors[-1] = ONE_I
+        result: Gradient = {}
+
+        def pass_on(place: int, factor: Interval) -> None:
+            before = factors[place]
+            factors[place] = factor if before is None else add(before, factor)
+
+        for place in range(len(values) - 1, -1, -1):
+            (node, places), factor = self._code[place], factors[place]
+            if factor is None or self._fixed[place] is not None:
+                continue
+            args = [values[inner] for inner in places]
+            if node.kind == "sym":
+                result[self._index[node.name]] = factor
+            elif node.kind == "sum":
+                for weight, inner in zip(node.weights, places, strict=True):
+                    pass_on(inner, scale(weight, factor))
+            elif node.kind == "prod":
+                for k, inner in enumerate(places):
+                    if self._fixed[inner] is None:
+                        pass_on(inner, self._times(node, args, k, factor))
+            elif node.name in ("min", "max"):
+                side = -1 if node.name == "min" else 1
+                ends = [a if side > 0 else neg(a) for a in args]
+                worst = max(lo for lo, _ in ends)
+                taken = [inner for inner, a in zip(places, ends, strict=True) if a[1] >= worst]
+                for inner in taken:
+                    pass_on(inner, factor if len(taken) == 1 else hull(factor, ZERO_I))
+            elif node.kind == "piece":
+                branch = self._branches(node, places, args)
+                if len(branch) > 1:
+                    raise UndecidedError("a Piecewise may jump")
+                pass_on(branch[0], factor)
+            else:
+                pass_on(places[0], mul(factor, _slope(node.name, args[0], values[place])))
+        return values[-1], result
+
+    @staticmethod
+    def _times(node: Node, args: Sequence[Interval], j: int, factor: Interval) -> Interval:
+        """Return the factor times the slope of a product by one of its args."""
+        for k, (arg, e) in enumerate(zip(args, node.weights, strict=True)):
+            if k != j:
+                factor = mul(factor, arg if e == 1 else power(arg, e))
+            elif e != 1:
+                factor = mul(factor, scale(e, power(arg, e - 1)))
+        return factor
+
+    def bound(self, box: Box) -> Bound:
+        """Bound from above; what is known to be on a face is bounded there once more.
+
+        By the mean value theorem around the middle of what is left (docs/theory.md section 6).
+        """
+        face, value = box, None
+        slopes: Gradient = {}
+        try:
+            while True:
+                value, slopes = self.gradient(face)
+                steep = [
+                    j
+                    for j, s in slopes.items()
+                    if j >= self.held and (s[0] >= 0 or s[1] <= 0) and face[j][0] < face[j][1]
+                ]
+                if not steep:
+                    break
+                ends = list(face)
+                for j in steep:
+                    ends[j] = (face[j][slopes[j][0] >= 0],) * 2
+                face = tuple(ends)
+        except UndecidedError:
+            return self._coarse(box)
+        centre = tuple(((lo + hi) >> 1,) * 2 for lo, hi in face)
+        sample = reach = self.value(centre)
+        open_: list[tuple[int, int]] = []
+        for j, slope in slopes.items():
+            if face[j][0] < face[j][1]:
+                moved = mul(slope, sub(face[j], centre[j]))
+                reach = add(reach, moved)
+                open_.append(((face[j][0] - face[j][1]) * (slope[1] - slope[0]), j))
+        cuts = tuple(j for _, j in sorted(open_))
+        return Bound(min(value[1], reach[1]), sample[0], centre, face, cuts)
+
+    def size(self, box: Box) -> int:
+        """Modulus in the middle: over all of the box there may be no value yet."""
+        return abs(self._coarse(box).sample)
+
+    def _coarse(self, box: Box) -> Bound:
+        """Bound without slopes; without a value too, as long as a cut may still give one."""
+        middle = tuple(((lo + hi) >> 1,) * 2 for lo, hi in box)
+        values: list[Interval] = []
+        for part in (box, middle):
+            try:
+                values.append(self.value(part))
+            except UndecidedError:
+                values.append((-_LARGEST, _LARGEST))
+        wide = [j for j, (lo, hi) in enumerate(box) if lo < hi]
+        wide.sort(key=lambda j: (j >= self.held, box[j][0] - box[j][1]))
+        return Bound(values[0][1], values[1][0], middle, box, tuple(wide))
+
+
 def _accumulate(result: Gradient, slopes: Gradient, factor: Interval) -> None:
     for j, slope in slopes.items():
         result[j] = add(result.get(j, ZERO_I), mul(factor, slope))
@@ -1254,7 +1370,7 @@ def maximize(tape: Tape, box: Box, known: int | None, boxes: int) -> tuple[Inter
     """
     first = tape.bound(box)
     point, best = first.point, first.sample if known is None else max(known, first.sample)
-    tolerance = max(absolute(tape.value(box))[1] >> 33, 1 << 20)
+    tolerance = max(tape.size(box) >> 33, 1 << 20)
     heap = [(-first.upper, 0, first)]
     for count in range(1, 2 * boxes, 2):
         top, _, whole = heap[0]
@@ -1358,6 +1474,7 @@ class Problem:
     limit: Interval | None
     fixed: Fixed
     center: str
+    bounds: str
     derivatives: tuple[Interval, ...]
     funnel: Node | None
 
@@ -1487,6 +1604,7 @@ def read_plant(document: object) -> Problem:
             *_fixed_duration(synthesis, performance),
         ),
         center=synthesis["center"],
+        bounds=synthesis["bounds"],
         derivatives=_derivatives(plant.get("reference", "0")),
         funnel=_over_time(text_of(performance["funnel"], "performance.funnel"))
         if "funnel" in performance
@@ -1573,7 +1691,7 @@ def _synthesis(value: object) -> dict[str, Any]:
         "method": ("unified", "theorem1", "theorem2", "theorem3"),
         "form": ("sound",),
         "center": ("performance", "nominal"),
-        "bounds": ("termwise",),
+        "bounds": ("termwise", "tight"),
         "anchor": ("latched", "exact"),
         "handover": ("reanchor", "containment"),
     }
@@ -1583,6 +1701,8 @@ def _synthesis(value: object) -> dict[str, Any]:
             raise MalformedError(
                 f"synthesis.{key}: {synthesis[key]!r} is not available in this version"
             )
+    if synthesis["bounds"] == "tight" and synthesis["method"] != "unified":
+        raise MalformedError("synthesis.bounds: tight needs method unified")
     if synthesis["method"] == "theorem1":
         # Its errors are made of the true starts, whatever the file says.
         synthesis["anchor"] = "exact"
@@ -2029,6 +2149,12 @@ def _divisor(rates: Sequence[Fraction]) -> Fraction:
 
 
 def phases(node: Node) -> tuple[Node, dict[str, Interval]]:
+    """Replace a t + b inside sin and cos by phases."""
+    found, turns = common_phases([node])
+    return found[0], turns
+
+
+def common_phases(nodes: Sequence[Node]) -> tuple[list[Node], dict[str, Interval]]:
     """Replace a t + b inside sin and cos by phases, one for each class of frequencies.
 
     Frequencies q K with one K and rational q have the common period 2 pi / (K g), g their
@@ -2036,7 +2162,7 @@ def phases(node: Node) -> tuple[Node, dict[str, Interval]]:
     different classes are taken as independent, which only enlarges the set.
     """
     classes: dict[str, list[Fraction]] = {}
-    for wave in _waves(node):
+    for wave in itertools.chain.from_iterable(map(_waves, nodes)):
         found = _frequency(wave.args[0])
         if found:
             classes.setdefault(found[0], []).append(found[1])
@@ -2054,7 +2180,7 @@ def phases(node: Node) -> tuple[Node, dict[str, Interval]]:
         return rebuild(part, [replace(arg) for arg in part.args])
 
     turn = (0, 2 * PI_I[1])
-    return replace(node), {f"#p{j}": turn for j in range(len(kept))}
+    return list(map(replace, nodes)), {f"#p{j}": turn for j in range(len(kept))}
 
 
 def over_time(node: Node, ranges: Mapping[str, Interval], start: int) -> Extremes:
@@ -2112,10 +2238,7 @@ class Center:
 def performance_center(problem: Problem) -> Center:
     """Enclose r_1 = y_d + rho_1 a and r_i = rho_i x_i(0) (docs/theory.md sections 2 and 3)."""
     starts, bounds = widened_starts(problem), problem.reference_bounds
-    if problem.reference is not None:
-        offset = sub(starts[0], Tape(problem.reference, ("t",)).value((ZERO_I,)))
-    else:
-        offset = run_time_offset(problem, starts[0])
+    offset = first_offset(problem, starts[0])
     rho = problem.rhos[0]
     reference = problem.reference if problem.reference is not None else NOTHING
     if bounds is not None:
@@ -2143,6 +2266,13 @@ def widened_starts(problem: Problem) -> list[Interval]:
     if problem.anchor != "latched":
         return list(problem.starts)
     return [(a[0] - d[1], a[1] + d[1]) for a, d in zip(problem.starts, problem.delta, strict=True)]
+
+
+def first_offset(problem: Problem, start: Interval) -> Interval:
+    """Enclose a = r_1(0) - y_d(0)."""
+    if problem.reference is None:
+        return run_time_offset(problem, start)
+    return sub(start, Tape(problem.reference, ("t",)).value((ZERO_I,)))
 
 
 def run_time_offset(problem: Problem, start: Interval) -> Interval:
@@ -3142,16 +3272,10 @@ class Gain:
         and its lower end is scaled down by what their lower ends can change it.
         """
         s = sym("s")
-        slope: list[tuple[Fraction, Node]] = [(self.k, UNIT)]
-        if self.M:
-            bent = function("tanh", (combine([(self.M / self.epsilon, s)]),))
-            flat = minus(UNIT, multiply([(bent, 2)]))
-            slope.append((self.M * self.M / self.epsilon, flat))
-        slope.append((self.c * self.N, multiply([(s, self.N - 1)])))
         pull = combine([(1, sym("ahead")), (1, self.of(s))])
         form = multiply(
             [
-                (combine(slope), 1),
+                (self.slope_of(s), 1),
                 (combine([(1, sym("load")), (1, multiply([(sym("gain"), 1), (pull, 1)]))]), 1),
             ]
         )
@@ -3168,6 +3292,16 @@ class Gain:
         if self.M:
             terms.append((self.M, function("tanh", (combine([(self.M / self.epsilon, e)]),))))
         return combine(terms)
+
+    def slope_of(self, e: Node) -> Node:
+        """Phi' of an expression."""
+        slope: list[tuple[Fraction, Node]] = [(self.k, UNIT)]
+        if self.M:
+            bent = function("tanh", (combine([(self.M / self.epsilon, e)]),))
+            flat = minus(UNIT, multiply([(bent, 2)]))
+            slope.append((self.M * self.M / self.epsilon, flat))
+        slope.append((self.c * self.N, multiply([(e, self.N - 1)])))
+        return combine(slope)
 
     def jump(self, shift: Interval, earlier: Gain, reach: Interval) -> Interval:
         """Delta of section 8: sup |phi(e + d) - phi_earlier(e)|, |e| <= reach, |d| <= shift.
@@ -3285,10 +3419,20 @@ class Goal:
     ranges: tuple[tuple[str, Interval], ...]
     signs: tuple[tuple[str, int], ...] = ()
 
+    @property
+    def leaf(self) -> Any:
+        """Return the tree that is one leaf."""
+        return [-1]
+
     def tape(self, node: Node) -> tuple[Tape, Box]:
         """Return a compiled expression and its box."""
-        kept = [(name, interval) for name, interval in self.ranges if name in symbols(node)]
-        return Tape(node, [name for name, _ in kept]), tuple(interval for _, interval in kept)
+        names = self.names(node)
+        return Tape(node, names), tuple(interval for name, interval in self.ranges if name in names)
+
+    def names(self, node: Node) -> list[str]:
+        """List the symbols of an expression in the box's order."""
+        present = symbols(node)
+        return [name for name, _ in self.ranges if name in present]
 
     def witness(self, boxes: int) -> dict[str, float] | None:
         """Search a point where ``plain`` is certainly positive; names with their values."""
@@ -3300,11 +3444,33 @@ class Goal:
         if found[0] <= 0:
             return None
         signs = dict(self.signs)
-        names = [name for name, _ in self.ranges if name in symbols(self.plain)]
+        names = self.names(self.plain)
         return {
-            name.lstrip("+"): signs.get(name, 1) * ((lo + hi) / (2 * ONE))
+            name.lstrip("+#"): signs.get(name, 1) * ((lo + hi) / (2 * ONE))
             for name, (lo, hi) in zip(names, point, strict=True)
         }
+
+
+@dataclass(frozen=True, slots=True)
+class Facet(Goal):
+    """``steep <= 0`` over a box: what a claim of a load or of the rate falls into."""
+
+    steep: Steep = field(default_factory=lambda: Steep(NOTHING, ()))
+
+    @property
+    def leaf(self) -> Any:
+        """Return the tree that is one leaf."""
+        return "."
+
+    def tape(self, node: Node) -> tuple[Tape, Box]:
+        """Return what is bounded, and its box."""
+        del node
+        return self.steep, tuple(interval for _, interval in self.ranges)
+
+    def names(self, node: Node) -> list[str]:
+        """List the symbols of the box."""
+        del node
+        return [name for name, _ in self.ranges]
 
 
 @dataclass(frozen=True, slots=True)
@@ -3450,6 +3616,7 @@ def derive(
     c_0: float | Fraction | None = None,
     stages: Sequence[Sequence[Any]] = (),
     duration: float | Fraction | None = None,
+    tight: tuple[Sequence[float | Fraction], float | Fraction] | None = None,
 ) -> Obligations:
     """Derive every obligation from the plant, the gains and the tube.
 
@@ -3468,6 +3635,8 @@ def derive(
         For theorem3: (gains, p, widened p) of the stages below the last one.
     duration : float or Fraction, optional
         For center nominal: T_s [s].
+    tight : tuple, optional
+        For bounds tight: the claimed loads and rate.
 
     Returns
     -------
@@ -3485,10 +3654,10 @@ def derive(
     ----------
     docs/theory.md sections 1 to 4 and 6 to 8.
     """
-    question = repr((document, gains, half_widths, c_0, stages, duration))
+    question = repr((document, gains, half_widths, c_0, stages, duration, tight))
     if question not in _ANSWERED:
         _ANSWERED.clear()
-        _ANSWERED[question] = _derived(document, gains, half_widths, c_0, stages, duration)
+        _ANSWERED[question] = _derived(document, gains, half_widths, c_0, stages, duration, tight)
     return _ANSWERED[question]
 
 
@@ -3502,21 +3671,28 @@ def _derived(
     c_0: float | Fraction | None,
     stages: Sequence[Sequence[Any]],
     duration: float | Fraction | None,
+    tight: tuple[Sequence[float | Fraction], float | Fraction] | None,
 ) -> Obligations:
     problem = read_plant(document)
     if (c_0 is not None) != (problem.method == "theorem1") or len(stages) != problem.free:
         raise MalformedError(f"design: not one of {problem.method} with {problem.free} free stages")
     p = _widths(problem, half_widths)
-    if c_0 is not None:
+    if c_0 is not None and tight is None:
         tall = tuple(tall_of(g, f"gains[{i}]") for i, g in enumerate(_each(problem, gains)))
         return _Theorem1(problem, tall, p, Fraction(c_0)).obligations()
     shapes = _shapes(problem, gains)
+    if (tight is not None) != (problem.bounds == "tight"):
+        raise MalformedError("design: tight belongs to bounds tight, and only there")
+    claimed = None
+    if tight is not None:
+        claimed = Tight(tuple(map(Fraction, _each(problem, tight[0]))), Fraction(tight[1]))
     if (duration is not None) != (problem.center == "nominal"):
         raise MalformedError("design: T_s belongs to center nominal, and only there")
     if duration is not None:
         if not Fraction(1, 10**6) <= duration <= 10**6:
             raise MalformedError("design.T_s: from 1e-6 to 1e6 s")
-        return _Chain(problem, shapes, p, nominal_center(problem, Fraction(duration))).obligations()
+        center = nominal_center(problem, Fraction(duration))
+        return _Chain(problem, shapes, p, center, (), claimed).obligations()
     center = performance_center(problem)
     free: list[_FreeStage] = []
     for given in stages:
@@ -3529,7 +3705,7 @@ def _derived(
         )
         stage.watch(_widths(problem, given[1]))
         free.append(stage)
-    return _Chain(problem, shapes, p, center_after(center, free), free).obligations()
+    return _Chain(problem, shapes, p, center_after(center, free), free, claimed).obligations()
 
 
 def _each(problem: Problem, values: Sequence[Any]) -> Sequence[Any]:
@@ -3549,6 +3725,299 @@ def _widths(problem: Problem, half_widths: Sequence[Any]) -> tuple[Fraction, ...
     return p
 
 
+_NEVER = (_LARGEST + 1,) * 2
+
+
+@dataclass(frozen=True, slots=True)
+class Tight:
+    """What bounds tight claims: loads of the facets, and the rate of e_n without the input."""
+
+    load: tuple[Fraction, ...]
+    rate: Fraction
+
+
+def performance_cover(problem: Problem) -> list[tuple[dict[str, Node], dict[str, Interval]]]:
+    """r_i = "#r{i}" and dr_i = "#d{i}" of center performance over pieces that cover all t >= 0.
+
+    Each piece has nodes and the ranges of their symbols: t, or phases and what belongs to them;
+    a = "#a1" and the starts "#a{i}"; y_d and dy_d where only bounds of them are known. rho_i is
+    0 from its end on; pieces overlap by the widths of the enclosures of the ends.
+    """
+    starts, bounds = widened_starts(problem), problem.reference_bounds
+    ranges = {f"#a{k + 1}": start for k, start in enumerate(starts)}
+    ranges["#a1"] = first_offset(problem, starts[0])
+    y, dy = sym("#y"), sym("#dy")
+    if bounds is not None:
+        ranges |= {"#y": (-bounds[0][1], bounds[0][1]), "#dy": (-bounds[1][1], bounds[1][1])}
+    elif problem.reference is not None:
+        y, dy = problem.reference, derivative(problem.reference, "t")
+    ends = sorted({rho.end for rho in problem.rhos if rho.end is not None})
+    if any(a[1] >= b[0] for a, b in itertools.pairwise(ends)):
+        raise UndecidedError("performance functions that end at almost the same time")
+
+    def path(end: Interval | None) -> dict[str, Node]:
+        found: dict[str, Node] = {}
+        for k, rho in enumerate(problem.rhos):
+            over = rho.end is not None and (end is None or rho.end < end)
+            fading = NOTHING if over else rho.node
+            for key, fade, own in (("r", fading, y), ("d", derivative(fading, "t"), dy)):
+                part = multiply([(fade, 1), (sym(f"#a{k + 1}"), 1)])
+                found[f"#{key}{k + 1}"] = combine([(1, part), (int(k == 0), own)])
+        return found
+
+    pieces: list[tuple[dict[str, Node], dict[str, Interval]]] = []
+    begin = 0
+    for end in ends:
+        pieces.append((path(end), {**ranges, "t": (begin, end[1])}))
+        begin = end[0]
+    last = path(None)
+    nodes, turns = common_phases(list(last.values()))
+    if not any("t" in symbols(node) for node in nodes):
+        return [*pieces, (dict(zip(last, nodes, strict=True)), {**ranges, **turns})]
+    right, reason = max(ONE, 2 * begin), ""
+    for _ in range(12):
+        try:
+            tail = Tail(right, {**ranges, **turns})
+            settled = dict(zip(last, map(tail.abstract, nodes), strict=True))
+        except UndecidedError as error:
+            reason = str(error)
+        else:
+            own = [a for name, a in tail.ranges.items() if name not in {**ranges, **turns}]
+            if right >= ONE << 8 or all(hi - lo <= ONE >> 8 for lo, hi in own):
+                pieces.append((last, {**ranges, "t": (begin, right)}))
+                return [*pieces, (settled, tail.ranges)]
+        right *= 2
+    raise UndecidedError(f"the reference cannot be enclosed: {reason}")
+
+
+class _Signals:
+    """r_1..r_n and v of center nominal over parts of a stretch, with slopes.
+
+    Coordinates, where they are no points: time (or phase), every start, the offset and y_d,
+    dy_d, .. where they are passed in.
+    """
+
+    def __init__(self, path: Trajectory, stretch: Stretch) -> None:
+        self.path, self.stretch, problem = path, stretch, path.problem
+        self.inputs: dict[str, Interval] = {"t": stretch.t}
+        self.passed: list[str] = []
+        if stretch.fading:
+            starts = widened_starts(problem)
+            self.inputs |= {f"#a{k + 1}": start for k, start in enumerate(starts)}
+            if problem.reference is None:
+                self.inputs["#offset"] = run_time_offset(problem, starts[0])
+        if problem.reference is None:
+            y = path.reference(Exact(), ZERO_I, path.n + 1)
+            self.passed = [f"#y{k}" for k in range(len(y))]
+            self.inputs |= dict(zip(self.passed, y, strict=True))
+        self.wide = [name for name, (lo, hi) in self.inputs.items() if lo < hi]
+        self._known: dict[Box, tuple[list[Interval], list[tuple[Interval, ...]]]] = {}
+        self._weights: dict[Any, Series] = {}
+
+    def over(self, box: Box) -> tuple[list[Interval], list[tuple[Interval, ...]]]:
+        """Enclose r_1..r_n, v and their slopes by the coordinates over a part."""
+        if box not in self._known:
+            if len(self._known) > 20_000:
+                self._known.clear()
+            self._known[box] = self._enclosed(box)
+        return self._known[box]
+
+    def _enclosed(self, box: Box) -> tuple[list[Interval], list[tuple[Interval, ...]]]:
+        if all(lo == hi for lo, hi in box):
+            return [a[0] for a in self._series(Exact(), box)], []
+        middle = tuple(((lo + hi) >> 1,) * 2 for lo, hi in box)
+        moved = list(map(sub, box, middle))
+        values, slopes = [], []
+        for a, point in zip(self._series(Sloped(), box), self.over(middle)[0], strict=True):
+            value, slope = a[0]
+            values.append(_meet(value, add(point, total(map(mul, slope, moved)))))
+            slopes.append(slope)
+        return values, slopes
+
+    def _series(self, numbers: Exact, box: Box) -> list[Series]:
+        path, settled = self.path, self.stretch.settled
+        whole = {**self.inputs, **dict(zip(self.wide, box, strict=True))}
+        seeds: dict[str, Any] = {name: numbers.input(a, 0, 0) for name, a in whole.items()}
+        if isinstance(numbers, Sloped):
+            for name in self.wide:
+                slope = tuple(ONE_I if other == name else ZERO_I for other in self.wide)
+                seeds[name] = whole[name], slope
+        weights = None
+        if self.stretch.fading:
+            begin = [name for name in seeds if name[:2] in ("#a", "#o")]
+            key = (type(numbers), *(whole[name] for name in begin))
+            if key not in self._weights:
+                starts = [seeds[name] for name in begin]
+                self._weights[key] = path.latched(numbers, starts[: path.n], *starts[path.n :])
+            weights = self._weights[key]
+        if settled is not None:
+            y: Series = []
+            for tape, turned, own in zip(
+                settled.values, settled.turned, settled.boxes, strict=True
+            ):
+                value = tape.value((whole["t"], *own))
+                slope = (turned.value((whole["t"], *own)),) if self.wide else ()
+                y.append((value, slope) if isinstance(numbers, Sloped) else value)
+        elif self.passed:
+            y = [seeds[name] for name in self.passed]
+        else:
+            y = path.reference(numbers, seeds["t"], path.n + 1)
+        return path.series(numbers, seeds["t"], weights, y[: path.n + 1])
+
+
+class _Followed(Steep):
+    """An expression in r_1..r_n, v ("#r{i}"), errors and parameters, along center nominal.
+
+    A box begins with the coordinates of the signals; what depends on these is not taken to a
+    face, so that the middle of their part is used over and over.
+    """
+
+    def __init__(self, node: Node, signals: _Signals, names: Sequence[str]) -> None:
+        count = signals.path.n + 1
+        super().__init__(node, [*(f"#r{k + 1}" for k in range(count)), *names])
+        self.signals, self.held, self.count = signals, len(signals.wide), count
+
+    def _values(self, box: Box) -> list[Interval]:
+        return super()._values((*self.signals.over(box[: self.held])[0], *box[self.held :]))
+
+    def gradient(self, box: Box) -> tuple[Interval, Gradient]:
+        """Value and slopes, those of the signals passed on to their coordinates."""
+        value, inner = super().gradient(box)
+        result = {j + self.held - self.count: s for j, s in inner.items() if j >= self.count}
+        for k, slopes in enumerate(self.signals.over(box[: self.held])[1]):
+            if k in inner:
+                _accumulate(result, dict(enumerate(slopes)), inner[k])
+        return value, result
+
+
+class _Residual:
+    """R_i of docs/theory.md section 9 over facets and tube, for every t, start and parameter.
+
+    Made of true states: x_j = r_j + e_j - phi_{j-1}(e_{j-1}); along center nominal dr_j =
+    f^_j(r) + g^_j(r) r_{j+1}. What is bounded only has a factor of known sign and is kept apart.
+    """
+
+    def __init__(
+        self, problem: Problem, gains: Sequence[Gain], p: Sequence[Interval], center: Center
+    ) -> None:
+        self.problem, self.gains, self.p, self.n = problem, gains, p, len(gains)
+        self.following = center.following
+        self.r = [sym(f"#r{k + 1}") for k in range(self.n + 1)]
+        if self.following is None:
+            self.r[-1] = NOTHING
+        self.e = [sym(f"#e{k + 1}") for k in range(self.n)]
+        self.values: dict[str, Node] = {}
+        self.ahead: list[Node] = []
+        for k, state in enumerate(problem.states):
+            back = [(-1, gains[k - 1].of(self.e[k - 1]))] if k else []
+            self.ahead.append(combine([(1, self.r[k]), (1, self.e[k]), *back]))
+            self.values[state] = self.ahead[k]
+
+    @functools.cached_property
+    def stretches(self) -> list[_Signals]:
+        """Pieces of time along center nominal."""
+        path = self.following.path if self.following is not None else None
+        return [_Signals(path, stretch) for stretch in path.stretches(1)] if path else []
+
+    @functools.cached_property
+    def cover(self) -> list[tuple[dict[str, Node], dict[str, Interval]]]:
+        """Pieces of time of center performance."""
+        return performance_cover(self.problem)
+
+    def _at(self, node: Node | None) -> Node:
+        return substitute(node, self.values) if node is not None else NOTHING
+
+    def _gain(self, j: int) -> tuple[Node, Node]:
+        """Middle and half the width of g_j; no width where g is known."""
+        channel = self.problem.channels[j]
+        least, most = channel.g_min or channel.g or UNIT, channel.g_bound or channel.g or UNIT
+        if self.following is not None and channel.g is not None:
+            least = most = channel.g
+        low, high = self._at(least), self._at(most)
+        half = Fraction(1, 2)
+        return combine([(half, low), (half, high)]), combine([(half, high), (-half, low)])
+
+    def _forces(self, j: int) -> tuple[Node, Node]:
+        """f_j - dr_j, along center nominal by f^ and g^; then what is bounded only."""
+        channel = self.problem.channels[j]
+        f, bound = channel.f, channel.f_bound
+        if self.following is None:
+            f = f if bound is None else None
+            moved = sym(f"#d{j + 1}")
+        else:
+            model = self.following.path.model
+            bound = bound if f is None else None
+            r = dict(zip(self.problem.states, self.r, strict=False))
+            carried = multiply([(substitute(model.g[j], r), 1), (self.r[j + 1], 1)])
+            moved = combine([(1, substitute(model.f[j], r)), (1, carried)])
+        unknown = [function("abs", (self._at(part),)) for part in (bound, channel.disturbance)]
+        return minus(self._at(f), moved), combine((1, part) for part in unknown)
+
+    def _moved(self, j: int, ahead: Node) -> tuple[Node, Node]:
+        """de_j with a given x_{j+1}: what is known, and what is bounded only."""
+        force, unknown = self._carried(j)
+        middle, half = self._gain(j)
+        size = function("abs", (ahead,))
+        return (
+            combine([(1, force), (1, multiply([(middle, 1), (ahead, 1)]))]),
+            combine([(1, unknown), (1, multiply([(half, 1), (size, 1)]))]),
+        )
+
+    def _carried(self, i: int) -> tuple[Node, Node]:
+        """R_i without g_i r_{i+1}."""
+        force, unknown = self._forces(i)
+        if i:
+            slope = self.gains[i - 1].slope_of(self.e[i - 1])
+            before, more = self._moved(i - 1, self.ahead[i])
+            force = combine([(1, force), (1, multiply([(slope, 1), (before, 1)]))])
+            unknown = combine([(1, unknown), (1, multiply([(slope, 1), (more, 1)]))])
+        return force, unknown
+
+    def facets(self, i: int, load: Fraction) -> tuple[Facet, ...]:
+        """Where s e_i = p_i, and a little inside: s R_i - load g_i <= 0, with g_i > 0."""
+        force, unknown = self._carried(i)
+        middle, half = self._gain(i)
+        goals: list[Facet] = []
+        p = self.p[i]
+        for side in (1, -1):
+            rest = combine([(side, self.r[i + 1]), (-load, UNIT)])
+            pull = multiply([(half, 1), (function("abs", (rest,)), 1)])
+            middling = multiply([(middle, 1), (rest, 1)])
+            node = combine([(side, force), (1, unknown), (1, middling), (1, pull)])
+            near = (p[0] - (p[1] >> 40), p[1])
+            goals += self._goals(node, i, near if side > 0 else neg(near))
+        return tuple(goals)
+
+    def rates(self, rate: Fraction) -> tuple[Facet, ...]:
+        """On all of the tube: s R_n - rate <= 0."""
+        last = self.n - 1
+        known, unknown = self._moved(last, self.r[self.n])
+        goals: list[Facet] = []
+        for side in (1, -1):
+            node = combine([(side, known), (1, unknown), (-rate, UNIT)])
+            goals += self._goals(node, last, (-self.p[last][1], self.p[last][1]))
+        return tuple(goals)
+
+    def _goals(self, node: Node, i: int, facet: Interval) -> list[Facet]:
+        tube = {f"#e{k + 1}": (-p[1], p[1]) for k, p in enumerate(self.p[:i])}
+        tube |= {f"#e{i + 1}": facet, **self.problem.ranges}
+        if self.following is None:
+            goals = []
+            for nodes, ranges in self.cover:
+                whole = substitute(node, nodes)
+                names = [name for name in {**ranges, **tube} if name in symbols(whole)]
+                kept = tuple((name, {**ranges, **tube}[name]) for name in names)
+                goals.append(Facet(whole, whole, kept, (), Steep(whole, names)))
+            return goals
+        names = [name for name in tube if name in symbols(node)]
+        found = []
+        for signals in self.stretches:
+            kept = tuple((name, signals.inputs[name]) for name in signals.wide)
+            kept += tuple((name, tube[name]) for name in names)
+            found.append(Facet(node, node, kept, (), _Followed(node, signals, names)))
+        return found
+
+
 class _Chain:
     """The recursion from X_1 to U, and the claims on its way.
 
@@ -3564,8 +4033,10 @@ class _Chain:
         half_widths: tuple[Fraction, ...],
         center: Center,
         free: Sequence[_FreeStage] = (),
+        tight: Tight | None = None,
     ) -> None:
         self.problem, self.gains, self.half_widths = problem, gains, half_widths
+        self.tight = tight
         self.shapes = tuple(g if isinstance(g, Gain) else g.steepest() for g in gains)
         self.center, self.free = center, tuple(free)
         self.unified = problem.method in ("unified", "theorem3")
@@ -3574,8 +4045,12 @@ class _Chain:
         self.rounding = rounding_errors(problem, gains, half_widths, self.center)
         # With H scheduled f_bound is evaluated on smaller boxes too: one number will not do.
         self.weaker = not any(gain.powers for gain in gains)
+        if tight is not None and center.following is None:
+            # The residual is made of f_bound, g_min, g_bound at every point, not of numbers.
+            self.weaker = False
         self.tapes: dict[str, tuple[tuple[str, ...], Tape]] = {}
         self.table: dict[str, Interval] = {}
+        self.plain: dict[int, Interval] = {}
         self.outer: dict[str, Interval] = dict(problem.ranges)
         self.inner: dict[str, Interval] = dict(problem.ranges)
         self.checks: list[Obligation] = []
@@ -3623,6 +4098,7 @@ class _Chain:
         if self.unified:
             handovers = self._handovers()
             self.steps += handovers
+            self.steps += self._tightened()
             for i in range(self.n):
                 self._step_unified(i)
             # A late command of an earlier stage need not push inward, as U2' counts on.
@@ -3686,16 +4162,7 @@ class _Chain:
         self._put("L", i, gain.slope_at_most(self.p[i]))
         for node in channel.partial:
             self._extension(node, self.outer)
-        rate = self._put("rate", i, center.rate[i])
-        if center.following is not None:
-            load = self._residual(i, center.following)
-        else:
-            bounded = channel.f_bound if channel.f_bound is not None else channel.f
-            force = self._majorant(bounded if bounded is not None else NOTHING)
-            load = add(self._put("f_star", i, force), rate)
-        load = self._put("W", i, add(load, self._majorant(channel.disturbance)))
-        coupled = self._get("B", i - 1) if i else ZERO_I
-        load = self._put("D", i, add(load, coupled))
+        self._put("rate", i, center.rate[i])
         largest = channel.g_bound if channel.g_bound is not None else channel.g
         self._put("G", i, self._majorant(largest if largest is not None else UNIT))
         least = channel.g_min if channel.g_min is not None else channel.g
@@ -3706,11 +4173,14 @@ class _Chain:
         if i + 1 < self.n:
             feed = ZERO_I if center.following is not None else center.size(i + 1)
             ahead = add(self.p[i + 1], self._put("s", i, feed))
-        if smallest[0] > 0:
-            demand = add(div(load, self._get("g_min", i)), ahead)
-            self._put("F_star", i, demand)
-        if i + 1 < self.n:
-            self._put("B", i, gain.coupled(self.p[i], load, self._get("G", i), ahead))
+        try:
+            self._termwise(i, ahead)
+        except UndecidedError:
+            if self.tight is None:
+                raise
+        if self.tight is not None:
+            claimed = self._put("load", i, from_fraction(self.tight.load[i]))
+            self._put("F_star", i, add(claimed, self.p[i + 1] if i + 1 < self.n else ZERO_I))
         inherited = ZERO_I if i == 0 else self._get("Lambda", i - 1)
         factor = 2 if self.problem.anchor == "exact" else 1
         measured = scale(Fraction(factor), self.problem.delta[i])
@@ -3718,6 +4188,29 @@ class _Chain:
             measured = add(measured, (0, self.rounding[i]))
         eta = self._put("eta", i, add(measured, inherited))
         self._put("Lambda", i, gain.spread(self.p[i], eta))
+
+    def _termwise(self, i: int, ahead: Interval) -> None:
+        """W_i, D_i, F*_i and B_i, each factor bounded apart."""
+        channel, center = self.problem.channels[i], self.center
+        if center.following is not None:
+            load = self._residual(i, center.following)
+        else:
+            bounded = channel.f_bound if channel.f_bound is not None else channel.f
+            force = self._majorant(bounded if bounded is not None else NOTHING)
+            load = add(self._put("f_star", i, force), center.rate[i])
+        load = self._put("W", i, add(load, self._majorant(channel.disturbance)))
+        coupled = self.table.get(f"B{self.mark}[{self.problem.states[i - 1]}]") if i else ZERO_I
+        if coupled is None:
+            raise UndecidedError("no termwise bound of the state before")
+        load = self._put("D", i, add(load, coupled))
+        least = self._get("g_min", i)
+        if least[0] > 0:
+            demand = self._put("F_star", i, add(div(load, least), ahead))
+            own = self.p[i + 1] if i + 1 < self.n else ZERO_I
+            self.plain[i] = sub(demand, own)
+        if i + 1 < self.n:
+            gain = self.shapes[i]
+            self._put("B", i, gain.coupled(self.p[i], load, self._get("G", i), ahead))
 
     def _residual(self, i: int, center: Following) -> Interval:
         """W_i without the disturbance: model error, deviation, and what f^ leaves out."""
@@ -3758,7 +4251,7 @@ class _Chain:
                 (channel.f, channel.f_bound),
                 (combine([(-1, channel.f)]), channel.f_bound),
             ]
-            most = self._get("f_star", i)[1]
+            most = self.table.get(f"f_star{self.mark}[{state}]", ZERO_I)[1]
             self._check("f_bound", i, f"|f| <= f_bound of {state}", pair, most)
         positive = Comparison(self._get("g_min", i), ZERO_I)
         pair = []
@@ -3845,9 +4338,54 @@ class _Chain:
             late = self.table["delta_v"] = mul(hold, following.v_rate)
             held, largest = _call("max", (add(held, late), following.v_start)), add(v, command)
         self.table["U"] = add(largest, error)
-        speed = add(self._get("D", last), mul(self._get("G", last), add(held, error)))
+        speed = add(self._drift(), mul(self._get("G", last), add(held, error)))
         self.table["hold"], self.table["V"] = hold, speed
         self.table["zeta"] = add(eta, mul(hold, speed))
+
+    def _drift(self) -> Interval:
+        """Bound |de_n| without the input: D_n, or what is claimed of it."""
+        if self.tight is None:
+            return self._get("D", self.n - 1)
+        return from_fraction(self.tight.rate)
+
+    def _tightened(self) -> list[Obligation]:
+        """Claims of loads and rate (docs/theory.md section 9), where they are below termwise."""
+        if self.tight is None:
+            return []
+        if len(self.tight.load) != self.n:
+            raise MalformedError(f"design.tight: {self.n} loads are needed")
+        residual = _Residual(self.problem, self.shapes, self.p, self.center)
+        claims: list[Obligation] = []
+        for i, (state, load) in enumerate(zip(self.problem.states, self.tight.load, strict=True)):
+            name = f"tight[{state}]"
+            if self.plain.get(i, _NEVER)[1] <= from_fraction(load)[0]:
+                comparison = Comparison(from_fraction(load), self.plain[i], ">=")
+                statement = f"load_{i + 1} is at least the termwise D_{i + 1} / g_m + s_{i + 2}"
+                claims.append(Obligation(name, statement, self._uses(i), (comparison,)))
+                continue
+            statement = f"s R_{i + 1} / g_{i + 1} <= load_{i + 1} on the facets of {state}"
+            goals = residual.facets(i, load)
+            claims.append(Obligation(name, statement, self._uses(i), pointwise=goals))
+        return [*claims, self._rate(residual, self.tight.rate)]
+
+    def _loads(self, i: int) -> tuple[str, ...]:
+        """Ids of the claims that F*_i is made of; for i = n of the rate in V_n too."""
+        if self.tight is None:
+            return ()
+        state = self.problem.states[i]
+        rate = (f"tight.rate[{state}]",) if i + 1 == self.n else ()
+        return (f"tight[{state}]", *rate)
+
+    def _rate(self, residual: _Residual, rate: Fraction) -> Obligation:
+        last, state = self.n - 1, self.problem.states[-1]
+        name, uses, claimed = f"tight.rate[{state}]", self._uses(last), from_fraction(rate)
+        drift = self.table.get(f"D[{state}]", _NEVER)
+        if drift[1] <= claimed[0]:
+            statement = f"rate is at least the termwise D_{self.n}"
+            comparison = Comparison(claimed, drift, ">=")
+            return Obligation(name, statement, uses, (comparison,))
+        statement = f"|R_{self.n}| <= rate on the tube"
+        return Obligation(name, statement, uses, pointwise=residual.rates(rate))
 
     def _handovers(self) -> list[Obligation]:
         """Theorem 3, containment: the tube contains every jump out of every earlier stage."""
@@ -3884,7 +4422,7 @@ class _Chain:
         if i + 1 < self.n:
             force = Comparison(self._get("A", i), self._demand(i))
             statement = f"phi_{i + 1}(p_{i + 1}) > F*_{i + 1}"
-            uses = (*self._uses(i), f"U0[{state}]")
+            uses = (*self._uses(i), *self._loads(i), f"U0[{state}]")
             self.steps.append(Obligation(f"U1[{state}]", statement, uses, (force,)))
 
     def _last(self, name: str) -> Obligation:
@@ -3898,7 +4436,7 @@ class _Chain:
             statement = f"p_{n} > zeta and phi_{n}(p_{n} - zeta) > F*_{n} + delta_u"
         else:
             late = add(eta, scale(Fraction(2), mul(hold, self.table["V"])))
-            drift = add(self._get("D", last), mul(self._get("G", last), error))
+            drift = add(self._drift(), mul(self._get("G", last), error))
             rest = sub(sub(p, eta), mul(hold, drift))
             statement = (
                 f"p_{n} > eta_{n} + 2 (h + tau) V and phi_{n}(p_{n} - eta_{n} - (h + tau) "
@@ -3907,7 +4445,7 @@ class _Chain:
         demand = add(self._demand(last), error)
         main = Comparison(gain.phi(rest), demand)
         state = self.problem.states[last]
-        uses = (*self._uses(last), f"U0[{state}]")
+        uses = (*self._uses(last), *self._loads(last), f"U0[{state}]")
         return Obligation(f"{name}[{state}]", statement, uses, (main, Comparison(p, late)))
 
     def _step_theorem2(self, i: int) -> None:
@@ -4566,7 +5104,8 @@ class Design:
     """What the certificate is about: the numbers that the controller contains.
 
     ``gains`` are (k, M, epsilon, c, N), with c_0 (gamma, H, c, N). ``stages`` are (gains, p,
-    widened p) of the free stages of theorem3; neither c_0 nor the widened p is in the code.
+    widened p) of the free stages of theorem3, ``tight`` the claimed loads and rate; neither c_0
+    nor the widened p nor these are in the code.
     """
 
     gains: Gains
@@ -4575,6 +5114,7 @@ class Design:
     c_0: float | None = None
     stages: tuple[tuple[Gains, tuple[float, ...], tuple[float, ...]], ...] = ()
     duration: float | None = None
+    tight: tuple[tuple[float, ...], float] | None = None
 
     def constants(self) -> dict[str, float | int]:
         """Return the numbers by the names that the controllers give them."""
@@ -4587,7 +5127,8 @@ class Design:
 
     def obligations(self, plant: object) -> Obligations:
         """Derive what must hold for this design of a plant."""
-        return derive(plant, self.gains, self.p, self.c_0, self.stages, self.duration)
+        more = (self.c_0, self.stages, self.duration, self.tight)
+        return derive(plant, self.gains, self.p, *more)
 
 
 def _constants(prefix: str, gains: Gains, p: Sequence[float]) -> dict[str, float | int]:
@@ -4604,7 +5145,7 @@ def _constants(prefix: str, gains: Gains, p: Sequence[float]) -> dict[str, float
 
 def read_design(value: object) -> Design:
     """Read gains, tube and clamp; c_0 of theorem1, the stages of theorem3."""
-    design = fields(value, "design", "p gains U_MAX", "c_0 stages T_s")
+    design = fields(value, "design", "p gains U_MAX", "c_0 stages T_s tight")
     keys = _TALL if "c_0" in design else _SHAPE
     stages = []
     for j, given in enumerate(_list(design.get("stages", []), "design.stages", _MOST_STAGES)):
@@ -4618,7 +5159,16 @@ def read_design(value: object) -> Design:
         raise MalformedError("design: not one gain and one p for every state")
     duration = read_double(design["T_s"], "design.T_s") if "T_s" in design else None
     peak = read_double(design["U_MAX"], "design.U_MAX")
-    return Design(gains, p, peak, c_0, tuple(stages), duration)
+    tight = None
+    if "tight" in design:
+        given = fields(design["tight"], "design.tight", "load rate")
+        tight = (
+            _read_doubles(given["load"], "design.tight.load"),
+            read_double(given["rate"], "design.tight.rate"),
+        )
+        if any(x == 0 and math.copysign(1, x) < 0 for x in (*tight[0], tight[1])):
+            raise MalformedError("design.tight: a zero with a sign")
+    return Design(gains, p, peak, c_0, tuple(stages), duration, tight)
 
 
 def _read_gains(value: object, path: str, keys: Sequence[str]) -> Gains:
@@ -4800,7 +5350,8 @@ def _check_goals(
     obligation: Obligation, kind: str, trees: object
 ) -> tuple[str, str, dict[str, float] | None]:
     goals = obligation.corner if kind == "corner" else obligation.pointwise
-    hints = [[-1]] * len(goals) if trees is None else _list(trees, "trees", len(goals))
+    leaf = [goal.leaf for goal in goals]
+    hints = leaf if trees is None else _list(trees, "trees", len(goals))
     if len(hints) != len(goals):
         raise MalformedError(f"{obligation.id}: {len(goals)} trees are needed")
     held = all(check_tree(goal, tree) for goal, tree in zip(goals, hints, strict=True))
@@ -4817,11 +5368,26 @@ def _check_goals(
     return "undecided", "the hinted subdivision does not prove it", None
 
 
+LETTERS = ".0123456789abcdefghijklmnopqrstuvwxyz"
+
+
 def check_tree(goal: Goal, tree: object) -> bool:
-    """Walk a bisection tree in pre-order: a dimension to cut at the middle, or -1 for a leaf."""
+    """Walk a bisection tree in pre-order: a dimension to cut at the middle, or -1 for a leaf.
+
+    For a facet it is a text: "." is a leaf, digits and letters are the dimensions.
+    """
     tape, box = goal.tape(goal.node)
     stack, held = [box], True
-    for entry in _list(tree, "trees", 4_000):
+    entries: Sequence[Any]
+    if isinstance(goal, Facet):
+        if not isinstance(tree, str) or len(tree) > 4_000:
+            raise MalformedError("trees: a text of at most 4000 letters is expected")
+        entries = [LETTERS.find(letter) - 1 for letter in tree]
+        if -2 in entries:
+            raise MalformedError("trees: a letter that is not known")
+    else:
+        entries = _list(tree, "trees", 4_000)
+    for entry in entries:
         if not stack:
             raise MalformedError("trees: entries are left over")
         part = stack.pop()

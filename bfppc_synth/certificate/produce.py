@@ -11,18 +11,18 @@ from typing import TYPE_CHECKING, Any
 
 from bfppc_synth.certificate import checker
 from bfppc_synth.certificate.answers import judged_inequalities
+from bfppc_synth.certificate.trees import find_trees
 from bfppc_synth.model.certificate import Certificate, Verdict
 from bfppc_synth.model.shapes import Theorem1Gain
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
-    from bfppc_synth.certificate.checker import Goal, Obligation, Obligations
+    from bfppc_synth.certificate.checker import Obligation, Obligations
     from bfppc_synth.model.shapes import Gain
     from bfppc_synth.model.stages import Stage
+    from bfppc_synth.model.tight import TightBounds
 
-# Boxes that may be looked at for one goal; what needs more would also be slow to check.
-_BUDGET = 1500
 # Room of the clamp above U, as codegen.limits gives it.
 _PEAK_ROOM = 1.0 + 2.0**-40
 # Below this relative distance of the two sides a margin is called thin.
@@ -38,6 +38,7 @@ def produce_certificate(
     c_0: float | None = None,
     stages: tuple[Stage, ...] = (),
     transition: float | None = None,
+    tight: TightBounds | None = None,
 ) -> dict[str, Any]:
     """Write the certificate of a design, proved or not.
 
@@ -57,6 +58,8 @@ def produce_certificate(
         The free stages of theorem3, with their widened tubes.
     transition : float, optional
         T_s of center nominal [s].
+    tight : TightBounds, optional
+        Claimed loads and rate, where the plant file asks for bounds tight.
 
     Returns
     -------
@@ -71,6 +74,8 @@ def produce_certificate(
     design = _design(shapes, half_widths, c_0, stages)
     if transition is not None:
         design["T_s"] = float(transition).hex()
+    if tight is not None:
+        design["tight"] = {"load": _hex(tight.load), "rate": float(tight.rate).hex()}
     claims: list[dict[str, Any]] = []
     enclosures: dict[str, list[str]] = {}
     peak, method = 0.0, "unified"
@@ -227,47 +232,12 @@ def _proof(obligation: Obligation) -> dict[str, Any]:
     """Search trees for the pointwise form, else for the weaker one, unless it is refuted."""
     if not obligation.pointwise:
         return {"kind": obligation.proof}
-    trees = _trees(obligation.pointwise)
+    trees = find_trees(obligation.pointwise)
     if trees is not None:
-        direct = all(tree == [-1] for tree in trees)
+        leaves = [goal.leaf for goal in obligation.pointwise]
+        direct = trees == leaves
         return {"kind": "eval"} if direct else {"kind": "bisect", "trees": trees}
     if any(goal.witness(200) for goal in obligation.pointwise):
         return {"kind": obligation.proof}
-    trees = _trees(obligation.corner) if obligation.corner else None
+    trees = find_trees(obligation.corner) if obligation.corner else None
     return {"kind": obligation.proof} if trees is None else {"kind": "corner", "trees": trees}
-
-
-def _trees(goals: Sequence[Goal]) -> list[list[int]] | None:
-    trees: list[list[int]] = []
-    for goal in goals:
-        tree = find_tree(goal)
-        if tree is None:
-            return None
-        trees.append(tree)
-    return trees
-
-
-def find_tree(goal: Goal) -> list[int] | None:
-    """Search a bisection tree that proves ``goal.node <= 0``; None where none is found.
-
-    Returns
-    -------
-    list[int] or None
-        Pre-order: the dimension that is cut at its middle, or -1 for a leaf.
-    """
-    tape, box = goal.tape(goal.node)
-    tree: list[int] = []
-    stack = [box]
-    while stack:
-        if len(tree) > _BUDGET:
-            return None
-        part = stack.pop()
-        bound = tape.bound(part)
-        if bound.upper <= 0:
-            tree.append(-1)
-        elif bound.sample > 0 or not bound.cuts:
-            return None
-        else:
-            tree.append(bound.cuts[0])
-            stack += reversed(checker.halves(part, bound.cuts[0]))
-    return tree
