@@ -72,8 +72,8 @@ def require_funnel(plant: Plant) -> None:
         raise _without_bound(plant, error) from error
     reached, when = _least(joint, time, [t for t in _TIMES if t <= end])
     needed = _accuracy(plant)
-    if min(lower, reached) >= needed * (1.0 - EQUAL) or reached >= needed:
-        # Between a bound and a sample the checker decides.
+    if reached >= needed - EQUAL * (most + needed):
+        # What no sample shows the checker decides.
         return
     promised = _value(plant, when) - reached + needed
     what = (
@@ -109,7 +109,7 @@ def require_nominal_funnel(plant: Plant, transition: float | None) -> None:
     _require_width(plant)
     needed, most = _accuracy(plant), largest_offset(plant)
     first = _value(plant, 0.0) - most
-    if first < needed * (1.0 - EQUAL):
+    if first < needed - EQUAL * (most + needed):
         what = (
             f"|b(0)| + accuracy = {most + needed:.6g}: so far may the start be from the reference"
         )
@@ -118,7 +118,7 @@ def require_nominal_funnel(plant: Plant, transition: float | None) -> None:
     if transition is None:
         return
     room = transition_room(plant, transition, needed)
-    if room.lower >= needed * (1.0 - EQUAL) or room.reached >= needed:
+    if room.reached >= needed - EQUAL * (most + needed):
         return
     promised = _value(plant, room.when) - room.reached + needed
     what = f"|b(t)| + accuracy, which is {promised:.6g} there with T_s = {transition:g} s"
@@ -129,7 +129,8 @@ def require_nominal_funnel(plant: Plant, transition: float | None) -> None:
 def keeps_funnel(plant: Plant, transition: float) -> bool:
     """Whether the transition of this T_s [s] is known to stay in the funnel."""
     needed = _accuracy(plant)
-    return transition_room(plant, transition, needed).lower >= needed * (1.0 - EQUAL)
+    size = needed + largest_offset(plant)
+    return transition_room(plant, transition, needed).lower >= needed - EQUAL * size
 
 
 def longest_transition(plant: Plant, most: float) -> float | None:
@@ -196,13 +197,15 @@ def _require_width(plant: Plant) -> None:
     if funnel is None:
         return
     try:
-        lower = range_from(funnel, time, 0.0, {})[0]
+        range_from(funnel, time, 0.0, {})
     except EnvelopeError as error:
         raise _without_bound(plant, error) from error
     reached, when = _least(funnel, time, _TIMES)
-    if min(lower, reached) >= needed * (1.0 - EQUAL) or reached >= needed:
+    if reached >= needed * (1.0 - EQUAL):
         return
-    lowered = f", or choose an accuracy of at most {_digits(reached, -1)}" * (reached > 0.0)
+    lowered = ""
+    if reached > above(resolutions(plant.spec)[0]):
+        lowered = f", or choose an accuracy of at most {_digits(reached, -1)}"
     raise refused(
         plant,
         PATH,

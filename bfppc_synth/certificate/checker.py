@@ -2082,7 +2082,7 @@ class Tail:
         if not bounded:
             raise UndecidedError("unbounded for large t")
         low, high = _call("max", bounded)
-        found = low, max(high, *ends)
+        found = low, max([high, *ends])
         return found if side > 0 else neg(found)
 
     def _fresh(self, value: Interval) -> Node:

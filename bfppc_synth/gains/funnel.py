@@ -49,13 +49,15 @@ def longest_kept(plant: Plant, most: float) -> float:
     tried = [most * 0.5**k for k in range(_OCTAVES)]
     rooms = [(transition_room(plant, at, needed), at) for at in tried]
     room, at = max(rooms, key=lambda pair: pair[0].lower)
+    # Over so short a time no input would do: what a transition of usual length lacks counts too.
+    usual, length = max(rooms[:9], key=lambda pair: pair[0].lower)
     height = evaluate_float(funnel, {plant.time: room.when})
     raise NoDesignError(
         f"no certified design for {plant.spec.path}: no transition from {tried[-1]:.2g} to"
         f" {most:g} s stays in performance.funnel\n"
         f"  the nearest miss: with T_s = {at:.3g} s, |b(t)| + accuracy is"
-        f" {height - room.reached + needed:.6g} at t = {room.when:.3g} s, and the funnel"
-        f" {height:.6g}\n"
-        f"  would suffice (any one): a funnel higher by {1.01 * (needed - room.lower):.3g} |"
-        " initial rates that point towards the reference"
+        f" {height - room.reached + needed:.7g} at t = {room.when:.3g} s, and the funnel"
+        f" {height:.7g}\n"
+        f"  would suffice (any one): a funnel higher by {1.01 * (needed - usual.lower):.3g}"
+        f" (T_s = {length:.3g} s) | starts that move towards the reference"
     )

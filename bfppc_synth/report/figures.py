@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bfppc_synth.bounds.funnel_values import funnel_values
 from bfppc_synth.model.certificate import Verdict
+from bfppc_synth.report.funnel import funnel_curves
 from bfppc_synth.report.numbers import constant
 from bfppc_synth.report.plots import Plot, plot
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from bfppc_synth.model.design import Design
     from bfppc_synth.model.trajectory import Trajectory
 
@@ -61,7 +59,7 @@ def _output(design: Design, nominal: Trajectory, rows: slice, units: dict[str, s
     series = (
         ("curve-1", f"output `{state}`", nominal.x[rows, 0]),
         ("curve-2 dashed", "reference $y_d$", nominal.y_d[rows]),
-        *_funnel(design, nominal, rows),
+        *funnel_curves(design, nominal, rows),
     )
     return plot(
         key="output",
@@ -73,20 +71,6 @@ def _output(design: Design, nominal: Trajectory, rows: slice, units: dict[str, s
         t=t,
         series=series,
         band=(lower, upper, r"envelope $r_1 \pm p_1$"),
-    )
-
-
-def _funnel(
-    design: Design, nominal: Trajectory, rows: slice
-) -> tuple[tuple[str, str, NDArray[np.float64]], ...]:
-    """Both edges of the funnel around y_d, where the file asks for one."""
-    width = funnel_values(design.plant, nominal.t[rows])
-    if width is None:
-        return ()
-    y_d = nominal.y_d[rows]
-    return (
-        ("rule", r"funnel $y_d \pm F(t)$", y_d + width),
-        ("rule", "", y_d - width),
     )
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.model.spec import Anchor, QuantizerKind, ReferenceKind, RhoKind
 from bfppc_synth.report.formulas import expression_latex, inline
+from bfppc_synth.report.funnel import funnel_promise
 from bfppc_synth.report.nominal import (
     derivatives_sentence,
     nominal_promise,
@@ -125,6 +126,7 @@ def promise(design: Design) -> tuple[str, ...]:
     lines = _performance_promise(design) if design.nominal is None else nominal_promise()
     return (
         *lines,
+        *funnel_promise(design),
         (
             r"Input. $\left|u\right| \le U$ = #bounds/U# at every time; the code clamps there, and "
             "within the assumptions the clamp is never reached."
