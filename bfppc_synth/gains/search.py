@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 # Ratio of p_{i+1} to the load of step i in the starts: from a narrow to a wide inner tube.
 STARTS = (0.3, 0.05, 1.5, 0.005)
+# Tried where those lead nowhere: least ratio of p_{i+1} to how fast the center moves. A step
+# whose load is 0 says nothing about p_{i+1}, and too narrow a tube drowns in the noise.
+PACES = (0.3, 0.03)
 DIGITS = (4, 6, 9)
 # Two starts that agree this well end the multi-start.
 AGREEMENT = 1e-3
@@ -109,9 +112,12 @@ def _solve(
         best = _rounded(judge, solution, alternative)
         if best is not None:
             return best
-    for number, ratio in enumerate(STARTS, start=1):
+    starts = (*((ratio, 0.0) for ratio in STARTS), *((STARTS[0], pace) for pace in PACES))
+    for number, (ratio, pace) in enumerate(starts, start=1):
+        if pace > 0.0 and best is not None:
+            break
         progress(f"solving the gain inequalities ({alternative}), start {number}")
-        begin = _begin(judge, free, ratio)
+        begin = _begin(judge, free, ratio, pace)
         if begin is None:
             continue
         values, inner = begin
@@ -174,7 +180,7 @@ def _resumed(known: Evaluation, free: tuple[Slot, ...]) -> tuple[dict[Slot, floa
 
 
 def _begin(
-    judge: Judge, free: tuple[Slot, ...], ratio: float
+    judge: Judge, free: tuple[Slot, ...], ratio: float, pace: float
 ) -> tuple[dict[Slot, float], float] | None:
     """Start down the chain: p_{i+1} a share of step i's load, phi_i(p_i) above F_i*."""
     problem, kinds = judge.problem, set(free)
@@ -194,7 +200,8 @@ def _begin(
             slot = Slot(kind=Kind.WIDTH, step=step + 1)
             fixed = problem.half_widths[step + 1]
             noise = problem.conditions.delta[step + 1] + 2.0 * load / widths[-1] * eta
-            wide = max(ratio * load, 3.0 * noise, 1e-3 * widths[-1])
+            least = max(1e-3 * widths[-1], pace * problem.center.rate[step])
+            wide = max(ratio * load, 3.0 * noise, least)
             widths.append(wide if fixed is None else fixed)
             if slot in kinds:
                 values[slot] = wide

@@ -25,8 +25,8 @@ _REFINEMENTS = 4
 _DIGITS = 3
 # A gain this small does not justify another octave.
 _FLAT = 1e-4
-# A start that is over in half the time is worth this much more of what is minimized.
-_AS_GOOD = 1e-3
+# What half the time is worth: where the cost is flat, the shorter transition is taken.
+_PER_OCTAVE = 1e-3
 
 
 def choose_transition(
@@ -60,8 +60,8 @@ def choose_transition(
     References
     ----------
     docs/theory.md section 4: a short T_s costs feedforward, a long one tracks late, and no T_s
-    is too long for the peak input alone, so it has to end within ``longest``. Where the
-    cost is flat, a T_s half as long or shorter is preferred for a thousandth more.
+    is too long for the peak input alone, so it has to end within ``longest``. No shorter T_s that
+    was tried costs less; a longer one may, by a thousandth for twice the time.
     """
     progress("choosing the transition time")
     candidates = _Candidates(pose, longest)
@@ -75,9 +75,9 @@ def choose_transition(
     for _ in range(_REFINEMENTS):
         wider = to_digits(best * step, _DIGITS)
         longer = (wider,) if wider <= max(longest, best) else ()
-        best = min((best, to_digits(best / step, _DIGITS), *longer), key=candidates.cost)
+        best = min((best, to_digits(best / step, _DIGITS), *longer), key=candidates.price)
         step = math.sqrt(step)
-    return candidates.shortest(best)
+    return best
 
 
 class _Candidates:
@@ -89,6 +89,8 @@ class _Candidates:
         self._known: dict[float, Evaluation] = {}
         self._feedforward: dict[float, float] = {}
         self._failure: EnvelopeError | None = None
+        # Gains that are all given cost the same: only the room in their inequalities counts.
+        self._per_octave = 0.0
 
     def without_limit(self) -> _Candidates:
         """Ask the same problems for the least peak input only."""
@@ -105,34 +107,29 @@ class _Candidates:
             self._costs[transition] = self._searched(transition)
         return self._costs[transition]
 
+    def price(self, transition: float) -> float:
+        """Return the cost and what the time itself is worth."""
+        return self.cost(transition) + self._per_octave * math.log2(transition)
+
     def best(self) -> float:
         """Best of the grid, which grows downward as long as that helps.
 
         Upward it grows only until there is a design: sup|v| falls with T_s for ever.
         """
-        tried = [(self.cost(self._at(k)), k) for k in _FIRST]
+        tried = [(self.price(self._at(k)), k) for k in _FIRST]
         while True:
             best, k = min(tried)
             shortest = min(j for _, j in tried)
             if k != shortest or k <= -_FURTHEST or math.isinf(best):
                 break
-            tried.append((self.cost(self._at(k - 1)), k - 1))
-            if tried[-1][0] > best - _FLAT:
+            tried.append((self.price(self._at(k - 1)), k - 1))
+            if self.cost(self._at(k - 1)) > self.cost(self._at(k)) - _FLAT:
                 break
         k = 0
         while math.isinf(min(tried)[0]) and k < _FURTHEST:
             k += 1
-            tried.append((self.cost(self._at(k)), k))
+            tried.append((self.price(self._at(k)), k))
         return self._at(min(tried)[1])
-
-    def shortest(self, best: float) -> float:
-        """Shortest T_s tried that costs hardly more than the best and takes half its time."""
-        problem = self._pose(best)
-        # Room in the inequalities, the measure of given gains, is nothing to trade.
-        weight = max(problem.weights.peak_input, problem.weights.slope) * is_free(problem)
-        enough = self.cost(best) + _AS_GOOD * weight
-        short = (at for at, cost in self._costs.items() if at <= 0.5 * best and cost <= enough)
-        return min(short, default=best)
 
     def least_feedforward(self) -> float:
         """T_s of the smallest sup|v|."""
@@ -156,6 +153,9 @@ class _Candidates:
         if found is None:
             return math.inf
         self._known[transition] = found
+        if free:
+            weights = problem.weights
+            self._per_octave = _PER_OCTAVE * max(weights.peak_input, weights.slope)
         # Gains that are all given have no best cost, only a T_s that leaves them most room.
         return found.cost if free else found.shortfall
 
