@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from bfppc_synth.codegen.cost import step_cost
 from bfppc_synth.codegen.printing import INFIX, render
 from bfppc_synth.codegen.provenance import banner, heading
 from bfppc_synth.codegen.python import (
@@ -21,6 +22,8 @@ from bfppc_synth.model.law import Operator, Variable
 from bfppc_synth.resources import template_environment
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from bfppc_synth.codegen.printing import Line
     from bfppc_synth.model.law import Law, NamedConstant, Provenance, Range, Statement
 
@@ -32,6 +35,16 @@ FILES = {
     "c/Makefile": "c/Makefile.jinja",
     "c/CMakeLists.txt": "c/CMakeLists.txt.jinja",
     "c/README.md": "c/README.md.jinja",
+    "c/test/golden.c": "c/test/golden.c.jinja",
+    "c/test/fuzz.c": "c/test/fuzz.c.jinja",
+    "c/verify/harness.c": "c/verify/harness.c.jinja",
+    "c/verify/libm.h": "c/verify/libm.h.jinja",
+    "c/verify/caller.c": "c/verify/caller.c.jinja",
+    "c/verify/clang-tidy.yaml": "c/verify/clang-tidy.yaml.jinja",
+    "c/verify/run.sh": "c/verify/run.sh.jinja",
+    "c/target/startup.c": "c/target/startup.c.jinja",
+    "c/target/mps2_an386.ld": "c/target/mps2_an386.ld.jinja",
+    "c/target/measure.c": "c/target/measure.c.jinja",
 }
 _WIDTH = 100
 _FUNCTIONS = {
@@ -77,6 +90,11 @@ def render_c(law: Law, provenance: Provenance) -> dict[str, str]:
         path.replace("NAME", law.name): environment.get_template(template).render(context)
         for path, template in FILES.items()
     }
+
+
+def c_literal(law: Law) -> Callable[[float], str]:
+    """Return what writes a number of the law in C."""
+    return _CSyntax(law).literal
 
 
 def _context(law: Law, provenance: Provenance) -> dict[str, object]:
@@ -125,11 +143,25 @@ def _context(law: Law, provenance: Provenance) -> dict[str, object]:
             *([] if law.center.latch is None else ["(isfinite(v) != 0)"]),
         ],
         "switching": _switching(law, syntax),
+        **_screened(law, syntax),
         "example_x": ", ".join(repr(value) for value in _middle(law)),
         "example_period": repr(law.period or 0.001),
         "u_max": repr(law.u_max),
         "accuracy": repr(law.accuracy),
         "transition": next((c.value for c in law.certified if c.name == "T_s"), None),
+    }
+
+
+def _screened(law: Law, syntax: _CSyntax) -> dict[str, object]:
+    """Write the limits that the tests go beyond."""
+    limits = {constant.name: float(constant.value) for constant in law.limits}
+    return {
+        "u_limit": syntax.literal(law.u_max),
+        "x_limits": [syntax.literal(limits[test.upper]) for test in law.inputs],
+        "y_limits": [syntax.literal(limits[test.upper]) for test in law.reference_ranges],
+        "period": syntax.literal(law.period or 0.001),
+        "call_period": law.period or None,
+        "operations": step_cost(law).words(),
     }
 
 
