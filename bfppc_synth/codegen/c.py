@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from bfppc_synth.codegen.cost import step_cost
+from bfppc_synth.codegen.portable import CALLS
 from bfppc_synth.codegen.printing import INFIX, render
 from bfppc_synth.codegen.provenance import banner, heading
 from bfppc_synth.codegen.python import (
@@ -119,11 +120,14 @@ def _context(law: Law, provenance: Provenance) -> dict[str, object]:
         "status": provenance.status,
         "order": law.order,
         "formula": law.formula,
-        "certified": [_constant_line(law.name, constant) for constant in law.certified],
+        "real": law.arithmetic.real.value,
+        "zero": syntax.literal(0.0),
+        "portable": _portable(law, syntax),
+        "certified": [_constant_line(constant, syntax) for constant in law.certified],
         "unread": [
             f"{law.name}_{constant.name}" for constant in law.certified if not constant.used
         ],
-        "limits": [_constant_line(law.name, constant) for constant in law.limits],
+        "limits": [_constant_line(constant, syntax) for constant in law.limits],
         "derived": _declared(law, render(law.derived, (), syntax).lines, indent=12),
         "inputs": [_within(test, syntax) for test in law.inputs],
         "reference_tests": [_within(test, syntax) for test in law.reference_ranges],
@@ -144,8 +148,7 @@ def _context(law: Law, provenance: Provenance) -> dict[str, object]:
         ],
         "switching": _switching(law, syntax),
         **_screened(law, syntax),
-        "example_x": ", ".join(repr(value) for value in _middle(law)),
-        "example_period": repr(law.period or 0.001),
+        "example_x": ", ".join(syntax.literal(value) for value in _middle(law)),
         "u_max": repr(law.u_max),
         "accuracy": repr(law.accuracy),
         "transition": next((c.value for c in law.certified if c.name == "T_s"), None),
@@ -159,7 +162,7 @@ def _screened(law: Law, syntax: _CSyntax) -> dict[str, object]:
         "u_limit": syntax.literal(law.u_max),
         "x_limits": [syntax.literal(limits[test.upper]) for test in law.inputs],
         "y_limits": [syntax.literal(limits[test.upper]) for test in law.reference_ranges],
-        "period": syntax.literal(law.period or 0.001),
+        "example_period": syntax.literal(law.period or 0.001),
         "call_period": law.period or None,
         "operations": step_cost(law).words(),
     }
@@ -175,8 +178,22 @@ def _latch(law: Law, syntax: _CSyntax) -> dict[str, object] | None:
     return {
         "signals": _declared(law, signals.lines, indent=12),
         "start": _declared(law, start.lines, indent=16),
-        "offset": latched_offset(law),
+        "offset": latched_offset(law, syntax),
     }
+
+
+def _portable(law: Law, syntax: _CSyntax) -> list[dict[str, object]]:
+    """Lay out the functions that the file contains."""
+    return [
+        {
+            "name": function.name,
+            "summary": function.summary,
+            "parameters": ", ".join(f"{law.name}_real {name}" for name in function.parameters),
+            "lines": _declared(law, render(function.statements, (), syntax).lines, indent=4),
+            "value": render((), (function.value,), syntax).results[0],
+        }
+        for function in law.functions
+    ]
 
 
 def _switching(law: Law, syntax: _CSyntax) -> dict[str, object] | None:
@@ -221,8 +238,9 @@ def _middle(law: Law) -> tuple[float, ...]:
     )
 
 
-def _constant_line(name: str, constant: NamedConstant) -> str:
-    return f"static const {name}_real {name}_{constant.name} = {float(constant.value)!r};"
+def _constant_line(constant: NamedConstant, syntax: _CSyntax) -> str:
+    name, value = syntax.name, syntax.literal(float(constant.value))
+    return f"static const {name}_real {name}_{constant.name} = {value};"
 
 
 def _declared(law: Law, lines: tuple[Line, ...], *, indent: int) -> list[str]:
@@ -256,10 +274,16 @@ class _CSyntax:
 
     def __init__(self, law: Law) -> None:
         self.name = law.name
+        self._arithmetic = law.arithmetic
         self._constants = {constant.name for constant in (*law.certified, *law.limits)}
 
     def literal(self, value: float) -> str:
-        return repr(value)
+        suffix = "F" if self._arithmetic.single else ""
+        return self._arithmetic.literal(self._arithmetic.nearest(value)) + suffix
+
+    def rounded(self, text: str) -> str:
+        # The type of the operands says what is rounded to.
+        return text
 
     def variable(self, name: str) -> str:
         # u is the caller's pointer.
@@ -270,7 +294,13 @@ class _CSyntax:
         return INFIX.get(statement.operator)
 
     def call(self, statement: Statement, arguments: tuple[str, ...]) -> str:
-        return f"{_FUNCTIONS[statement.operator]}({', '.join(arguments)})"
+        operator = statement.operator
+        if self._arithmetic.portable and operator in CALLS:
+            name, more = CALLS[operator]
+            passed = ", ".join((*arguments, *map(self.literal, more)))
+            return f"{self.name}_{name}({passed})"
+        suffix = "f" if self._arithmetic.single else ""
+        return f"{_FUNCTIONS[operator]}{suffix}({', '.join(arguments)})"
 
     def select(self, condition: str, then: str, otherwise: str) -> str:
         return f"({condition}) ? {then} : {otherwise}"

@@ -51,6 +51,16 @@ class Meter:
 
         return followed
 
+    def rounding(self, plain: Callable[[float], float]) -> Callable[[float], float]:
+        """Let a rounding pass errors on; every operation has counted its own already."""
+
+        def followed(value: float) -> float:
+            rounded = plain(float(value))
+            moved = 2.0 * self.unit * abs(rounded) if isinstance(value, Running) else 0.0
+            return Running(rounded, error_of(value) + moved, self)
+
+        return followed
+
 
 def error_of(value: float) -> float:
     """Return the bound that a number carries; plain numbers are exact."""

@@ -20,11 +20,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from types import ModuleType
 
+    from bfppc_synth.model.arithmetic import Arithmetic
     from bfppc_synth.model.law import Law, Provenance
 
 PATH: Final = "c/test/vectors.h"
-#: Unit roundoff of binary64.
-_UNIT: Final = 2.0**-53
 _FUNCTIONS: Final = (
     *("sqrt", "exp", "log", "sin", "cos", "tan", "tanh", "sinh", "cosh", "atan", "asinh", "pow"),
 )
@@ -63,7 +62,18 @@ def make_samples(law: Law, run: Sequence[Sample]) -> tuple[Sample, ...]:
     for k, sample in enumerate(late):
         found.append(sample)
         found += _turned_away(sample, k, reach, limits[law.reference_ranges[0].upper])
-    return tuple(found)
+    return tuple(_given(sample, law.arithmetic) for sample in found)
+
+
+def _given(sample: Sample, arithmetic: Arithmetic) -> Sample:
+    """Round to what a caller of the C code can pass."""
+    nearest = arithmetic.nearest
+    return replace(
+        sample,
+        t=nearest(sample.t),
+        x=tuple(map(nearest, sample.x)),
+        y_d=tuple(map(nearest, sample.y_d)),
+    )
 
 
 def through_switches(module: ModuleType, run: Sequence[Sample]) -> tuple[Sample, ...]:
@@ -172,13 +182,9 @@ def answer(law: Law, module: ModuleType, samples: Sequence[Sample]) -> Vectors:
     Vectors
         Samples whose branches another libm could take the other way are left out.
     """
-    meter = Meter(unit=_UNIT)
-    followed = {name: meter.function(getattr(math, name)) for name in _FUNCTIONS}
-    for name, value in sorted(vars(module).items()):
-        if callable(value) and value is getattr(math, _NAMES.get(name, name), None):
-            setattr(module, name, followed[_NAMES.get(name, name)])
-    # What answers as C does where Python raises calls them by this name.
-    vars(module)["math"] = SimpleNamespace(**{**vars(math), **followed})
+    meter = Meter(unit=math.ldexp(1.0, -law.arithmetic.bits))
+    if not law.arithmetic.portable:
+        _follow(module, meter)
     kept, left_out = list(samples), True
     rows: list[Answer] = []
     # Without a sample the ones after it may be answered otherwise, so all are asked again.
@@ -187,6 +193,19 @@ def answer(law: Law, module: ModuleType, samples: Sequence[Sample]) -> Vectors:
         left_out = bool(doubtful)
         kept = [sample for k, sample in enumerate(kept) if k not in doubtful]
     return Vectors(rows=tuple(rows), points=_points(law, module, meter, kept))
+
+
+def _follow(module: ModuleType, meter: Meter) -> None:
+    """Put functions that pass errors on in the place of a controller's own."""
+    names = vars(module)
+    followed = {name: meter.function(getattr(math, name)) for name in _FUNCTIONS}
+    for name, value in sorted(names.items()):
+        if callable(value) and value is getattr(math, _NAMES.get(name, name), None):
+            names[name] = followed[_NAMES.get(name, name)]
+    # What answers as C does where Python raises calls them by this name.
+    names["math"] = SimpleNamespace(**{**vars(math), **followed})
+    if "single" in names:
+        names["single"] = meter.rounding(names["single"])
 
 
 def _asked(
@@ -199,10 +218,11 @@ def _asked(
         if sample.reset:
             controller.reset()
         meter.doubtful = False
-        y_d: Any = tuple(map(meter.number, sample.y_d))
+        number = float if law.arithmetic.portable else meter.number
+        y_d: Any = tuple(map(number, sample.y_d))
         u = controller.step(
-            meter.number(sample.t),
-            tuple(map(meter.number, sample.x)),
+            number(sample.t),
+            tuple(map(number, sample.x)),
             y_d if law.derivatives else y_d[0],
         )
         error = error_of(u)
@@ -222,7 +242,8 @@ def _points(
     if law.reference is None:
         return ()
     times = sorted({sample.t for sample in samples if 0.0 <= sample.t < 1000.0})
-    values = [(t, module.reference(meter.number(t))) for t in times]
+    number = float if law.arithmetic.portable else meter.number
+    values = [(t, module.reference(number(t))) for t in times]
     return tuple(
         ReferencePoint(t=t, value=float(value), tolerance=2.0 * error_of(value))
         for t, value in values
