@@ -93,15 +93,10 @@ def generated_code(design: Design) -> dict[str, str]:
 
 def golden_vectors(design: Design, controller: str, nominal: Trajectory) -> dict[str, str]:
     """Let the generated controller answer samples of its nominal run: the C tests replay them."""
+    from bfppc_synth.codegen.choosing import make_samples, through_switches
     from bfppc_synth.codegen.law import build_law
     from bfppc_synth.codegen.provenance import make_provenance
-    from bfppc_synth.codegen.vectors import (
-        PATH,
-        answer,
-        make_samples,
-        render_vectors,
-        through_switches,
-    )
+    from bfppc_synth.codegen.vectors import PATH, answer, render_vectors
     from bfppc_synth.simulation.loading import load_text
     from bfppc_synth.simulation.samples import nominal_samples
 

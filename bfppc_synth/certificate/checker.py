@@ -2807,10 +2807,7 @@ class Trajectory:
         if "t" not in symbols(phased) and len(turns) == 1:
             length = div((2 * PI_I[0], 2 * PI_I[1]), _turning(node))[1]
             cut = _cut(start, end + length, cells)
-            return [
-                *found,
-                *(Stretch(cell, fading=False, latest=self.problem.latest) for cell in cut),
-            ]
+            return [*found, *(Stretch(cell, fading=False, latest=self.problem.latest) for cell in cut)]
         settled = _settled(self.problem, node, self.length, max(end, self.problem.delay[1]))
         width = settled.start - start
         if settled.speed[1]:
@@ -2822,10 +2819,7 @@ class Trajectory:
         return [
             *found,
             *(Stretch(cell, fading=False, latest=cell[1]) for cell in cut),
-            *(
-                Stretch(cell, fading=False, latest=self.problem.latest, settled=settled)
-                for cell in rest
-            ),
+            *(Stretch(cell, fading=False, latest=self.problem.latest, settled=settled) for cell in rest),
         ]
 
 
@@ -5237,9 +5231,7 @@ def portable_functions(arithmetic: Arithmetic) -> dict[str, str]:
     n, power_of_two = "n_0", ""
     for j in range(6 if single else 9, -1, -1):
         size, factor = 2.0**j, 2.0 ** (2.0**j)
-        grown, kept = (
-            (f"{power_of_two} * {factor}", power_of_two) if power_of_two else (factor, 1.0)
-        )
+        grown, kept = (f"{power_of_two} * {factor}", power_of_two) if power_of_two else (factor, 1.0)
         lines.append(f"power_{j} = {kept} if {n} < {size} else {grown}")
         lines.append(f"rest_{j} = {n} if {n} < {size} else {n} - {size}")
         n, power_of_two = f"rest_{j}", f"power_{j}"
@@ -5306,13 +5298,9 @@ _LIBM += " remainder rint round scalbn sin sinh sqrt tan tanh tgamma trunc"
 def _check_c_arithmetic(code: str, name: str, arithmetic: Arithmetic) -> None:
     """Want every literal and every function call of the C code to be of the certified type."""
     suffix = "f" if arithmetic.single else ""
-    for literal in re.findall(
-        r"(?<![\w.])(?:\d+\.\d*|\.\d+|\d+(?=[eE]))(?:[eE][-+]?\d+)?\w*", code
-    ):
+    for literal in re.findall(r"(?<![\w.])(?:\d+\.\d*|\.\d+|\d+(?=[eE]))(?:[eE][-+]?\d+)?\w*", code):
         if literal.endswith("F") != arithmetic.single or literal[-1] not in "0123456789.F":
-            raise MalformedError(
-                f"{name}.c: the literal {literal} is not of type {arithmetic.real}"
-            )
+            raise MalformedError(f"{name}.c: the literal {literal} is not of type {arithmetic.real}")
     if arithmetic.single and re.search(r"\bdouble\b", code):
         raise MalformedError(f"{name}.c: a double where everything is certified as float")
     for word in _LIBM.split():
@@ -5330,9 +5318,7 @@ def _check_c_arithmetic(code: str, name: str, arithmetic: Arithmetic) -> None:
     for head, parameters, body in re.findall(form, code, re.DOTALL):
         lines = [" ".join(line.split()) for line in body.split(";") if line.strip()]
         given = parameters.replace(f"{name}_real ", "")
-        text = [
-            f"def portable_{head}({', '.join(f'{p.strip()}: float' for p in given.split(','))}) -> float:"
-        ]
+        text = [f"def portable_{head}({', '.join(f'{p.strip()}: float' for p in given.split(','))}) -> float:"]
         for line in lines:
             plain = re.sub(rf"^const {name}_real ", "", line)
             plain = re.sub(r"[\d.][\d.e+-]*F\b", binary64, plain).replace(f"fabs{suffix}(", "abs(")

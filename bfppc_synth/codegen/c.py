@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bfppc_synth.codegen.cost import step_cost
+from bfppc_synth.codegen.checks import CHECKS, beyond_limits
 from bfppc_synth.codegen.portable import CALLS
 from bfppc_synth.codegen.printing import INFIX, render
 from bfppc_synth.codegen.provenance import banner, heading
@@ -36,16 +36,7 @@ FILES = {
     "c/Makefile": "c/Makefile.jinja",
     "c/CMakeLists.txt": "c/CMakeLists.txt.jinja",
     "c/README.md": "c/README.md.jinja",
-    "c/test/golden.c": "c/test/golden.c.jinja",
-    "c/test/fuzz.c": "c/test/fuzz.c.jinja",
-    "c/verify/harness.c": "c/verify/harness.c.jinja",
-    "c/verify/libm.h": "c/verify/libm.h.jinja",
-    "c/verify/caller.c": "c/verify/caller.c.jinja",
-    "c/verify/clang-tidy.yaml": "c/verify/clang-tidy.yaml.jinja",
-    "c/verify/run.sh": "c/verify/run.sh.jinja",
-    "c/target/startup.c": "c/target/startup.c.jinja",
-    "c/target/mps2_an386.ld": "c/target/mps2_an386.ld.jinja",
-    "c/target/measure.c": "c/target/measure.c.jinja",
+    **CHECKS,
 }
 _WIDTH = 100
 _FUNCTIONS = {
@@ -147,24 +138,11 @@ def _context(law: Law, provenance: Provenance) -> dict[str, object]:
             *([] if law.center.latch is None else ["(isfinite(v) != 0)"]),
         ],
         "switching": _switching(law, syntax),
-        **_screened(law, syntax),
+        **beyond_limits(law, syntax.literal),
         "example_x": ", ".join(syntax.literal(value) for value in _middle(law)),
         "u_max": repr(law.u_max),
         "accuracy": repr(law.accuracy),
         "transition": next((c.value for c in law.certified if c.name == "T_s"), None),
-    }
-
-
-def _screened(law: Law, syntax: _CSyntax) -> dict[str, object]:
-    """Write the limits that the tests go beyond."""
-    limits = {constant.name: float(constant.value) for constant in law.limits}
-    return {
-        "u_limit": syntax.literal(law.u_max),
-        "x_limits": [syntax.literal(limits[test.upper]) for test in law.inputs],
-        "y_limits": [syntax.literal(limits[test.upper]) for test in law.reference_ranges],
-        "example_period": syntax.literal(law.period or 0.001),
-        "call_period": law.period or None,
-        "operations": step_cost(law).words(),
     }
 
 

@@ -185,7 +185,9 @@ def _wave(arithmetic: Arithmetic) -> FunctionBlock:
     four = program.emit(Operator.MUL, Literal(value=4.0), full)
     place = program.named("place", Operator.SUB, turns, four)
     square = program.named("square", Operator.MUL, place, place)
-    far = program.named("far", Operator.SELECT_LESS, square, Literal(value=2.0), cosine, sine)
+    far = program.named(
+        "far", Operator.SELECT_LESS, square, Literal(value=2.0), cosine, sine
+    )
     size = program.named("size", Operator.SELECT_LESS, square, _HALF, sine, far)
     minus = program.named("minus", Operator.NEG, size)
     left = program.named("left", Operator.SELECT_LESS, place, Literal(value=-0.5), minus, size)
@@ -194,7 +196,9 @@ def _wave(arithmetic: Arithmetic) -> FunctionBlock:
     return program.block("wave", summary, right, "v", "shift")
 
 
-def _pieces(value: Fraction, places: Sequence[int], arithmetic: Arithmetic) -> tuple[float, ...]:
+def _pieces(
+    value: Fraction, places: Sequence[int], arithmetic: Arithmetic
+) -> tuple[float, ...]:
     """Cut a number at these binary places; the last piece is what remains, rounded."""
     found = []
     for place in places:
@@ -219,7 +223,9 @@ class _Program(StatementBuilder):
         low = self.name(f"{target}_low", Operator.SELECT_LESS, value, least, least, value)
         return self.name(target, Operator.SELECT_LESS, most, low, most, low)
 
-    def whole(self, target: str, value: Operand, factor: float, arithmetic: Arithmetic) -> Variable:
+    def whole(
+        self, target: str, value: Operand, factor: float, arithmetic: Arithmetic
+    ) -> Variable:
         """Round value times factor to a whole number: no fraction survives this addition."""
         large = Literal(value=1.5 * 2.0 ** (arithmetic.bits - 1))
         scaled = self.emit(Operator.MUL, value, Literal(value=arithmetic.nearest(factor)))
