@@ -85,9 +85,7 @@ def describe(arithmetic: Arithmetic) -> str:
     """Say in one line what the code computes with."""
     bits = "binary32" if arithmetic.single else "binary64"
     own = "functions of its own" if arithmetic.portable else "functions of the libm"
-    return (
-        f"Arithmetic: {bits}, {own} (--real {arithmetic.real} --math {arithmetic.mathematics})."
-    )
+    return f"Arithmetic: {bits}, {own} (--real {arithmetic.real} --math {arithmetic.mathematics})."
 
 
 def heading(name: str, title: str) -> str:
