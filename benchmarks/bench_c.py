@@ -65,7 +65,7 @@ int main(void)
     law_reset(&s);
     for (int k = 0; k < COUNT; ++k) {
         double phi = 0.0;
-        t[k] = 3.0 * k / COUNT;
+        t[k] = 10.0 * k / COUNT;
         y_d[k] = sin(t[k]);
         for (int i = 0; i < N; ++i) {
             seed = 1664525U * seed + 1013904223U;

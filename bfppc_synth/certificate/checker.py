@@ -2807,7 +2807,10 @@ class Trajectory:
         if "t" not in symbols(phased) and len(turns) == 1:
             length = div((2 * PI_I[0], 2 * PI_I[1]), _turning(node))[1]
             cut = _cut(start, end + length, cells)
-            return [*found, *(Stretch(cell, fading=False, latest=self.problem.latest) for cell in cut)]
+            return [
+                *found,
+                *(Stretch(cell, fading=False, latest=self.problem.latest) for cell in cut),
+            ]
         settled = _settled(self.problem, node, self.length, max(end, self.problem.delay[1]))
         width = settled.start - start
         if settled.speed[1]:
@@ -2819,7 +2822,10 @@ class Trajectory:
         return [
             *found,
             *(Stretch(cell, fading=False, latest=cell[1]) for cell in cut),
-            *(Stretch(cell, fading=False, latest=self.problem.latest, settled=settled) for cell in rest),
+            *(
+                Stretch(cell, fading=False, latest=self.problem.latest, settled=settled)
+                for cell in rest
+            ),
         ]
 
 
@@ -3484,7 +3490,7 @@ def rounding_errors(
         max(arithmetic.function(name, ZERO_I, ONE) >> P for name in names)
         for names in (("tanh",), ("exp", "cos"))
     )
-    late = 4 * latest if arithmetic.single else 0
+    late = 4 * latest if arithmetic.single else Fraction(0)
     reference = at_zero = 0
     following = center.following.rounding() if center.following is not None else None
     if problem.reference is not None and following is None:
@@ -3526,7 +3532,7 @@ def rounding_errors(
         )
         phi_error = sum(scale(unit * weight, (0, part))[1] for weight, part in parts) + 1
         phi = gain.phi(size)[1]
-        quotient = scale(2 * gain.M * half_width / gain.epsilon, ONE_I)[1]
+        quotient = scale(gain.M / gain.epsilon * max(2 * half_width, Fraction(1)), ONE_I)[1]
         arithmetic.within(max(quotient, phi, *(part for _, part in parts)))
     if following is not None:
         phi_error += following[-1] + scale(4 * unit, (0, center.size(len(p))[1] + phi))[1]
@@ -5231,7 +5237,9 @@ def portable_functions(arithmetic: Arithmetic) -> dict[str, str]:
     n, power_of_two = "n_0", ""
     for j in range(6 if single else 9, -1, -1):
         size, factor = 2.0**j, 2.0 ** (2.0**j)
-        grown, kept = (f"{power_of_two} * {factor}", power_of_two) if power_of_two else (factor, 1.0)
+        grown, kept = (
+            (f"{power_of_two} * {factor}", power_of_two) if power_of_two else (factor, 1.0)
+        )
         lines.append(f"power_{j} = {kept} if {n} < {size} else {grown}")
         lines.append(f"rest_{j} = {n} if {n} < {size} else {n} - {size}")
         n, power_of_two = f"rest_{j}", f"power_{j}"
@@ -5260,7 +5268,7 @@ def _plain(function: ast.FunctionDef) -> str:
     """Text of a function without docstring and without rounding to binary32."""
 
     class Unrounded(ast.NodeTransformer):
-        def visit_Call(self, node: ast.Call) -> ast.AST:  # noqa: N802
+        def visit_Call(self, node: ast.Call) -> ast.AST:
             self.generic_visit(node)
             rounds = isinstance(node.func, ast.Name) and node.func.id == "single"
             return node.args[0] if rounds and len(node.args) == 1 else node
@@ -5282,8 +5290,11 @@ def _check_portable(path: str, texts: Sequence[str], arithmetic: Arithmetic) -> 
         except SyntaxError:
             raise MalformedError(f"{path}: a portable function that cannot be read") from None
         name = getattr(function, "name", "").removeprefix("portable_")
-        known = isinstance(function, ast.FunctionDef) and not function.decorator_list
-        if not known or name in found or _plain(function) != proved.get(name):
+        if (
+            not isinstance(function, ast.FunctionDef)
+            or name in found
+            or _plain(function) != proved.get(name)
+        ):
             raise MalformedError(f"{path}: portable {name} is not the function that was proved")
         found.append(name)
     if found and arithmetic.math == "libm":
@@ -5298,9 +5309,13 @@ _LIBM += " remainder rint round scalbn sin sinh sqrt tan tanh tgamma trunc"
 def _check_c_arithmetic(code: str, name: str, arithmetic: Arithmetic) -> None:
     """Want every literal and every function call of the C code to be of the certified type."""
     suffix = "f" if arithmetic.single else ""
-    for literal in re.findall(r"(?<![\w.])(?:\d+\.\d*|\.\d+|\d+(?=[eE]))(?:[eE][-+]?\d+)?\w*", code):
+    for literal in re.findall(
+        r"(?<![\w.])(?:\d+\.\d*|\.\d+|\d+(?=[eE]))(?:[eE][-+]?\d+)?\w*", code
+    ):
         if literal.endswith("F") != arithmetic.single or literal[-1] not in "0123456789.F":
-            raise MalformedError(f"{name}.c: the literal {literal} is not of type {arithmetic.real}")
+            raise MalformedError(
+                f"{name}.c: the literal {literal} is not of type {arithmetic.real}"
+            )
     if arithmetic.single and re.search(r"\bdouble\b", code):
         raise MalformedError(f"{name}.c: a double where everything is certified as float")
     for word in _LIBM.split():
@@ -5317,8 +5332,8 @@ def _check_c_arithmetic(code: str, name: str, arithmetic: Arithmetic) -> None:
     functions = []
     for head, parameters, body in re.findall(form, code, re.DOTALL):
         lines = [" ".join(line.split()) for line in body.split(";") if line.strip()]
-        given = parameters.replace(f"{name}_real ", "")
-        text = [f"def portable_{head}({', '.join(f'{p.strip()}: float' for p in given.split(','))}) -> float:"]
+        given = re.sub(rf"{name}_real (\w+)", r"\1: float", parameters)
+        text = [f"def portable_{head}({given}) -> float:"]
         for line in lines:
             plain = re.sub(rf"^const {name}_real ", "", line)
             plain = re.sub(r"[\d.][\d.e+-]*F\b", binary64, plain).replace(f"fabs{suffix}(", "abs(")

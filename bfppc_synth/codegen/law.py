@@ -176,7 +176,7 @@ def write_feedback(
 
 
 def _phi(builder: StatementBuilder, shape: Gain, i: int, e: Variable, stage: str) -> Variable:
-    """phi_i(e) = k e + M tanh((M e)/epsilon) + c e^N, in this order; zero terms left out."""
+    """phi_i(e) = k e + M tanh((M/epsilon) e) + c e^N, in this order; zero terms left out."""
     if isinstance(shape, Theorem1Gain):
         return _phi_of_theorem1(builder, shape, i, e)
     k, M, epsilon, c = (Variable(name=f"{stage}{gain}_{i}") for gain in ("k", "M", "epsilon", "c"))
@@ -184,7 +184,8 @@ def _phi(builder: StatementBuilder, shape: Gain, i: int, e: Variable, stage: str
     if shape.k != 0.0:
         factors.append((k, e))
     if shape.M != 0.0:
-        bend = builder.emit(Operator.DIV, builder.emit(Operator.MUL, M, e), epsilon)
+        # Two constants in front: a compiler divides them once, and no step does.
+        bend = builder.emit(Operator.MUL, builder.emit(Operator.DIV, M, epsilon), e)
         factors.append((M, builder.emit(Operator.TANH, bend)))
     if shape.c != 0.0:
         factors.append((c, builder.power(e, shape.N)))

@@ -111,17 +111,17 @@ def _tanh(arithmetic: Arithmetic) -> FunctionBlock:
     """Return tanh as the fraction at v/8 (v/4), doubled three times (twice), at most 1."""
     end, share, doublings = (9.25, 0.25, 2) if arithmetic.single else (20.0, 0.125, 3)
     program = _Program()
-    y = program.named("y", Operator.MUL, Literal(value=share), program.clamped("inner", _V, end))
-    z = program.named("z", Operator.MUL, y, y)
+    y = program.name("y", Operator.MUL, Literal(value=share), program.clamped("inner", _V, end))
+    z = program.name("z", Operator.MUL, y, y)
     above, below = (
         program.polynomial(name, z, numbers)
         for name, numbers in zip(("above", "below"), _TANH[arithmetic.bits], strict=True)
     )
-    t = program.named("t_0", Operator.DIV, program.emit(Operator.MUL, y, above), below)
+    t = program.name("t_0", Operator.DIV, program.emit(Operator.MUL, y, above), below)
     for j in range(1, doublings + 1):
         twice = program.emit(Operator.ADD, t, t)
         rest = program.emit(Operator.ADD, _ONE, program.emit(Operator.MUL, t, t))
-        t = program.named(f"t_{j}", Operator.DIV, twice, rest)
+        t = program.name(f"t_{j}", Operator.DIV, twice, rest)
     value = program.clamped("outer", t, 1.0)
     return program.block("tanh", "Return tanh v.", value)
 
@@ -135,28 +135,28 @@ def _exp(arithmetic: Arithmetic) -> FunctionBlock:
     r: Operand = inner
     for j, piece in enumerate(_pieces(_LN_2_DIGITS, _LN_2[arithmetic.bits], arithmetic), 1):
         product = program.emit(Operator.MUL, k, Literal(value=piece))
-        r = program.named(f"r_{j}", Operator.SUB, r, product)
-    y = program.named("y", Operator.MUL, _HALF, r)
-    z = program.named("z", Operator.MUL, y, y)
+        r = program.name(f"r_{j}", Operator.SUB, r, product)
+    y = program.name("y", Operator.MUL, _HALF, r)
+    z = program.name("z", Operator.MUL, y, y)
     above, below = (
         program.polynomial(name, z, numbers)
         for name, numbers in zip(("above", "below"), _HALVED[arithmetic.bits], strict=True)
     )
-    t = program.named("t", Operator.DIV, program.emit(Operator.MUL, y, above), below)
+    t = program.name("t", Operator.DIV, program.emit(Operator.MUL, y, above), below)
     grown = program.emit(Operator.ADD, _ONE, t)
-    e = program.named("e", Operator.DIV, grown, program.emit(Operator.SUB, _ONE, t))
-    n: Operand = program.named("n_0", Operator.ABS, k)
+    e = program.name("e", Operator.DIV, grown, program.emit(Operator.SUB, _ONE, t))
+    n: Operand = program.name("n_0", Operator.ABS, k)
     power: Operand = _ONE
     for j in range(6 if arithmetic.single else 9, -1, -1):
         size = Literal(value=2.0**j)
         factor = Literal(value=2.0 ** (2.0**j))
         grown = program.emit(Operator.MUL, power, factor)
         less = program.emit(Operator.SUB, n, size)
-        power = program.named(f"power_{j}", Operator.SELECT_LESS, n, size, power, grown)
-        n = program.named(f"rest_{j}", Operator.SELECT_LESS, n, size, n, less)
+        power = program.name(f"power_{j}", Operator.SELECT_LESS, n, size, power, grown)
+        n = program.name(f"rest_{j}", Operator.SELECT_LESS, n, size, n, less)
     small = program.emit(Operator.DIV, e, power)
     large = program.emit(Operator.MUL, e, power)
-    value = program.named("value", Operator.SELECT_LESS, k, Literal(value=0.0), small, large)
+    value = program.name("value", Operator.SELECT_LESS, k, Literal(value=0.0), small, large)
     return program.block("exp", "Return e to the power v.", value)
 
 
@@ -168,37 +168,33 @@ def _wave(arithmetic: Arithmetic) -> FunctionBlock:
     pieces = _pieces(_HALF_PI_DIGITS, _HALF_PI[arithmetic.bits], arithmetic)
     for j, piece in enumerate(pieces, 1):
         product = program.emit(Operator.MUL, k, Literal(value=piece))
-        r = program.named(f"r_{j}", Operator.SUB, r, product)
-    z = program.named("z", Operator.MUL, r, r)
+        r = program.name(f"r_{j}", Operator.SUB, r, product)
+    z = program.name("z", Operator.MUL, r, r)
     odd, even = (4, 5) if arithmetic.single else (8, 8)
     factors = [Fraction((-1) ** j, math.factorial(2 * j + 1)) for j in range(1, odd + 1)]
     inner = program.polynomial("odd", z, factors, arithmetic)
     cubed = program.emit(Operator.MUL, r, z)
-    sine = program.named("sine", Operator.ADD, r, program.emit(Operator.MUL, cubed, inner))
+    sine = program.name("sine", Operator.ADD, r, program.emit(Operator.MUL, cubed, inner))
     factors = [Fraction((-1) ** j, math.factorial(2 * j)) for j in range(2, even + 1)]
     inner = program.polynomial("even", z, factors, arithmetic)
     half = program.emit(Operator.SUB, _ONE, program.emit(Operator.MUL, _HALF, z))
     rest = program.emit(Operator.MUL, program.emit(Operator.MUL, z, z), inner)
-    cosine = program.named("cosine", Operator.ADD, half, rest)
-    turns = program.named("turns", Operator.ADD, k, Variable(name="shift"))
+    cosine = program.name("cosine", Operator.ADD, half, rest)
+    turns = program.name("turns", Operator.ADD, k, Variable(name="shift"))
     full = program.whole("full", turns, 0.25, arithmetic)
     four = program.emit(Operator.MUL, Literal(value=4.0), full)
-    place = program.named("place", Operator.SUB, turns, four)
-    square = program.named("square", Operator.MUL, place, place)
-    far = program.named(
-        "far", Operator.SELECT_LESS, square, Literal(value=2.0), cosine, sine
-    )
-    size = program.named("size", Operator.SELECT_LESS, square, _HALF, sine, far)
-    minus = program.named("minus", Operator.NEG, size)
-    left = program.named("left", Operator.SELECT_LESS, place, Literal(value=-0.5), minus, size)
-    right = program.named("right", Operator.SELECT_LESS, Literal(value=1.5), place, minus, left)
+    place = program.name("place", Operator.SUB, turns, four)
+    square = program.name("square", Operator.MUL, place, place)
+    far = program.name("far", Operator.SELECT_LESS, square, Literal(value=2.0), cosine, sine)
+    size = program.name("size", Operator.SELECT_LESS, square, _HALF, sine, far)
+    minus = program.name("minus", Operator.NEG, size)
+    left = program.name("left", Operator.SELECT_LESS, place, Literal(value=-0.5), minus, size)
+    right = program.name("right", Operator.SELECT_LESS, Literal(value=1.5), place, minus, left)
     summary = "Return sin(v + shift pi/2): sin v for shift 0, cos v for shift 1."
     return program.block("wave", summary, right, "v", "shift")
 
 
-def _pieces(
-    value: Fraction, places: Sequence[int], arithmetic: Arithmetic
-) -> tuple[float, ...]:
+def _pieces(value: Fraction, places: Sequence[int], arithmetic: Arithmetic) -> tuple[float, ...]:
     """Cut a number at these binary places; the last piece is what remains, rounded."""
     found = []
     for place in places:
@@ -214,18 +210,13 @@ class _Program(StatementBuilder):
     def __init__(self) -> None:
         super().__init__("part")
 
-    def named(self, target: str, operator: Operator, *operands: Operand) -> Variable:
-        return self.name(target, operator, *operands)
-
     def clamped(self, target: str, value: Operand, end: float) -> Variable:
         """Move a value into [-end, end]; NaN stays."""
         least, most = Literal(value=-end), Literal(value=end)
         low = self.name(f"{target}_low", Operator.SELECT_LESS, value, least, least, value)
         return self.name(target, Operator.SELECT_LESS, most, low, most, low)
 
-    def whole(
-        self, target: str, value: Operand, factor: float, arithmetic: Arithmetic
-    ) -> Variable:
+    def whole(self, target: str, value: Operand, factor: float, arithmetic: Arithmetic) -> Variable:
         """Round value times factor to a whole number: no fraction survives this addition."""
         large = Literal(value=1.5 * 2.0 ** (arithmetic.bits - 1))
         scaled = self.emit(Operator.MUL, value, Literal(value=arithmetic.nearest(factor)))
@@ -238,7 +229,7 @@ class _Program(StatementBuilder):
         z: Operand,
         coefficients: Sequence[Fraction | int],
         arithmetic: Arithmetic | None = None,
-    ) -> Variable:
+    ) -> Operand:
         """Horner's rule, the constant first; one line for each step."""
         values = [float(c) for c in coefficients]
         if arithmetic is not None:

@@ -14,6 +14,7 @@ from bfppc_synth.report.evidence import failures, inequality_entry, simulation_e
 from bfppc_synth.report.nominal import feed_entry, nominal_entry
 from bfppc_synth.report.numbers import constant, finite, finites
 from bfppc_synth.report.requirements import (
+    arithmetic_entry,
     majorant_entries,
     measurement_entry,
     performance_entry,
@@ -112,6 +113,7 @@ def report_document(
         "failures": list(failures(certificate)),
         "simulation": simulation_entry(design, nominal, adversaries),
         **code_entry(design, cost),
+        **arithmetic_entry(design),
         "tool": {"version": version("bfppc-synth"), "plant_sha256": spec.sha256},
     }
 
