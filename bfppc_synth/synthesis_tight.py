@@ -16,7 +16,7 @@ from bfppc_synth.gains.tight import repaired, search_tight
 from bfppc_synth.gains.tight_repair import Widening
 from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.model.tight import Termwise, TightBounds
-from bfppc_synth.proving import proved
+from bfppc_synth.synthesis_proof import proved
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from bfppc_synth.codegen.portable import CALLS, every_statement
 from bfppc_synth.codegen.printing import INFIX, render
 from bfppc_synth.codegen.provenance import banner, heading, plain
 from bfppc_synth.codegen.statements import is_part
@@ -77,6 +78,8 @@ def render_controller(law: Law, provenance: Provenance) -> str:
         program = render(law.reference.statements, (law.reference.value,), syntax)
         lines = _assigned(program.lines, indent=4)
         reference = {"lines": lines, "value": program.results[0]}
+    # Rounding of a law in binary32 is written out: Python has no such numbers.
+    rounds = law.arithmetic.single
     template = template_environment().get_template("python/controller.py.jinja")
     return template.render(
         heading=heading(law.name, law.title),
@@ -84,6 +87,12 @@ def render_controller(law: Law, provenance: Provenance) -> str:
         u_unit=describe_command(law),
         banner=banner(provenance),
         formula=law.formula,
+        rounds=rounds,
+        entry=_entry(law) if rounds else [],
+        elapsed=syntax.rounded("t - self._t_0"),
+        offset=syntax.rounded("x_1 - y_d"),
+        portable=_portable(law, syntax),
+        real_limit=repr(law.arithmetic.largest),
         certified=[f"{c.name} = {c.value!r}" for c in law.certified],
         limits=[f"{c.name} = {c.value!r}" for c in law.limits],
         derived=[f"{line.target} = {line.text}" for line in derived.lines],
@@ -104,6 +113,7 @@ def render_controller(law: Law, provenance: Provenance) -> str:
         # Printing the statements above has collected what they call.
         functions=[_IMPORTED.get(name, name) for name in sorted(syntax.functions)],
         helpers=sorted(syntax.helpers),
+        needs_math=rounds or bool(syntax.helpers),
         accuracy=repr(law.accuracy),
         period=repr(law.period),
     )
@@ -119,8 +129,27 @@ def _latch(law: Law, syntax: _PythonSyntax) -> dict[str, object] | None:
     return {
         "signals": _assigned(signals.lines, indent=8),
         "start": _assigned(start.lines, indent=12),
-        "offset": latched_offset(law),
+        "offset": latched_offset(law, syntax),
     }
+
+
+def _entry(law: Law) -> list[str]:
+    """Round what is passed in, as a caller of the C controller does."""
+    return [f"{name} = single({name})" for name in ("t", *(f"x_{i + 1}" for i in range(law.order)))]
+
+
+def _portable(law: Law, syntax: _PythonSyntax) -> list[dict[str, object]]:
+    """Lay out the functions that the file contains."""
+    return [
+        {
+            "name": function.name,
+            "summary": function.summary,
+            "parameters": ", ".join(f"{name}: float" for name in function.parameters),
+            "lines": _assigned(render(function.statements, (), syntax).lines, indent=4),
+            "value": render((), (function.value,), syntax).results[0],
+        }
+        for function in law.functions
+    ]
 
 
 def latched_signals(law: Law) -> tuple[Variable, ...]:
@@ -130,11 +159,11 @@ def latched_signals(law: Law) -> tuple[Variable, ...]:
     return tuple(Variable(name=s.target) for s in signals if not is_part(s.target))
 
 
-def latched_offset(law: Law) -> str | None:
+def latched_offset(law: Law, syntax: Syntax) -> str | None:
     """Return x_1(0) - y_d(0) where center nominal has to screen it."""
     if not any(test.variable == "offset" for test in law.start):
         return None
-    return f"x_1 - {law.reference_ranges[0].variable}"
+    return syntax.rounded(f"x_1 - {law.reference_ranges[0].variable}")
 
 
 def latched_values(law: Law, syntax: Syntax) -> list[dict[str, str]]:
@@ -177,7 +206,9 @@ def _switching(law: Law, syntax: _PythonSyntax) -> dict[str, object] | None:
         "center_results": ", ".join(read[law.order :]),
         "center_type": "float" if law.order == 1 else f"tuple[{_floats(law.order)}]",
         "center_parameters": [f"{name}: float" for name, _ in passed],
-        "center_arguments": ", ".join(value for _, value in passed),
+        "center_arguments": ", ".join(
+            syntax.rounded(value) if " - " in value else value for _, value in passed
+        ),
         "stages": stages,
     }
 
@@ -217,6 +248,18 @@ def _assigned(lines: tuple[Line, ...], *, indent: int) -> list[str]:
     return assigned
 
 
+def _dividing(law: Law) -> frozenset[str]:
+    """Divisions by anything but a constant."""
+    constants = {constant.name for constant in law.certified if constant.value}
+    return frozenset(
+        s.target
+        for s in every_statement(law)
+        if s.operator is Operator.DIV
+        and isinstance(s.operands[1], Variable)
+        and s.operands[1].name not in constants
+    )
+
+
 def _followed(law: Law) -> list[str]:
     """Center nominal divides: a command held back because v has no value is not OK."""
     return [] if law.center.latch is None else ["-real_limit <= v <= real_limit"]
@@ -244,14 +287,21 @@ class _PythonSyntax:
             self._raising = raising(law.center.statements, known)
         if law.reference is not None:
             self._raising |= raising(law.reference.statements, {"t": elapsed})
+        self._arithmetic = law.arithmetic
+        if law.arithmetic.single:
+            # What is not 0 in binary64 may be it in binary32.
+            self._raising |= _dividing(law)
         self.functions: set[str] = set()
         self.helpers: set[str] = set()
 
     def literal(self, value: float) -> str:
-        return repr(value)
+        return repr(self._arithmetic.nearest(value))
 
     def variable(self, name: str) -> str:
         return name
+
+    def rounded(self, text: str) -> str:
+        return f"single({text})" if self._arithmetic.single else text
 
     def infix(self, statement: Statement) -> str | None:
         if statement.operator is Operator.DIV and statement.target in self._raising:
@@ -262,13 +312,16 @@ class _PythonSyntax:
         operator = statement.operator
         if operator is Operator.ABS:
             return f"abs({arguments[0]})"
+        if self._arithmetic.portable and operator in CALLS:
+            name, more = CALLS[operator]
+            return f"portable_{name}({', '.join((*arguments, *map(repr, more)))})"
         name = "divide" if operator is Operator.DIV else _FUNCTIONS[operator]
         if statement.target in self._raising:
             self.helpers.add(name)
             name = f"ieee_{name}"
         else:
             self.functions.add(name)
-        return f"{name}({', '.join(arguments)})"
+        return self.rounded(f"{name}({', '.join(arguments)})")
 
     def select(self, condition: str, then: str, otherwise: str) -> str:
         return f"{then} if {condition} else {otherwise}"
