@@ -4087,7 +4087,8 @@ class _Residual:
         channel = self.problem.channels[j]
         f, bound = channel.f, channel.f_bound
         if self.following is None:
-            f = f if bound is None else None
+            # Center performance takes f*, declared or |f| itself, for all that is known of f.
+            f, bound = None, f if bound is None else bound
             moved = sym(f"#d{j + 1}")
         else:
             model = self.following.path.model
