@@ -5940,7 +5940,8 @@ def portable_functions(arithmetic: Arithmetic) -> dict[str, str]:
             (f"{power_of_two} * {factor}", power_of_two) if power_of_two else (factor, 1.0)
         )
         lines.append(f"power_{j} = {kept} if {n} < {size} else {grown}")
-        lines.append(f"rest_{j} = {n} if {n} < {size} else {n} - {size}")
+        if j:
+            lines.append(f"rest_{j} = {n} if {n} < {size} else {n} - {size}")
         n, power_of_two = f"rest_{j}", f"power_{j}"
     lines.append("value = e / power_0 if k < 0.0 else e * power_0")
     found["exp"] = text("exp(v: float)", "value")
@@ -5951,7 +5952,7 @@ def portable_functions(arithmetic: Arithmetic) -> dict[str, str]:
     horner("odd", [Fraction((-1) ** j, math.factorial(2 * j + 1)) for j in range(1, odd + 1)])
     lines.append("sine = r_3 + r_3 * z * odd")
     horner("even", [Fraction((-1) ** j, math.factorial(2 * j)) for j in range(2, even + 1)])
-    lines.append("cosine = 1.0 - 0.5 * z + z * z * even")
+    lines.extend(("fall = z * (0.5 - z * even)", "cosine = 0.75 - fall + 0.25"))
     lines.append("turns = k + shift")
     whole("full", "turns", 0.25)
     lines.extend(("place = turns - 4.0 * full", "square = place * place"))

@@ -131,12 +131,8 @@ def _context(law: Law, provenance: Provenance) -> dict[str, object]:
         "latched": latched_values(law, syntax),
         "start": [_within(test, syntax) for test in law.start],
         "center": _declared(law, center.lines, indent=12),
-        "feedback": _declared(law, feedback.lines, indent=12),
-        # Center nominal divides: a command held back because v has no value is not OK.
-        "tube": [
-            *(_within(test, syntax) for test in law.tube),
-            *([] if law.center.latch is None else ["(isfinite(v) != 0)"]),
-        ],
+        "feedback": _judged(law, feedback.lines, syntax),
+        "tube": [_within(test, syntax) for test in law.tube],
         "switching": _switching(law, syntax),
         **beyond_limits(law, syntax.literal),
         "example_x": ", ".join(syntax.literal(value) for value in _middle(law)),
@@ -205,6 +201,18 @@ def _switching(law: Law, syntax: _CSyntax) -> dict[str, object] | None:
         "center_results": ", ".join(f"&r_{i}" for i in numbers),
         "stages": stages,
     }
+
+
+def _judged(law: Law, lines: tuple[Line, ...], syntax: _CSyntax) -> list[str]:
+    """Declare results, and test each error where it is known: none is kept over a call of tanh."""
+    tests = {test.variable: _within(test, syntax) for test in law.tube}
+    # Center nominal divides: a command held back because v has no value is not OK.
+    declared = [] if law.center.latch is None else ["inside = (isfinite(v) != 0);"]
+    for line in lines:
+        declared += _declared(law, (line,), indent=12)
+        if line.target in tests:
+            declared.append(f"inside = inside && {tests[line.target]};")
+    return declared
 
 
 def _middle(law: Law) -> tuple[float, ...]:

@@ -16,37 +16,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bfppc_synth.codegen.portable import CALLS, every_statement
-from bfppc_synth.codegen.printing import INFIX, render
+from bfppc_synth.codegen.printing import render
 from bfppc_synth.codegen.provenance import banner, heading, plain
+from bfppc_synth.codegen.python_syntax import IMPORTED, PythonSyntax
 from bfppc_synth.codegen.statements import is_part
 from bfppc_synth.codegen.switching import center_arguments
-from bfppc_synth.codegen.totality import latched_ranges, raising
-from bfppc_synth.model.law import Operator, Variable
+from bfppc_synth.model.law import Variable
 from bfppc_synth.resources import template_environment
 
 if TYPE_CHECKING:
     from bfppc_synth.codegen.printing import Line, Syntax
-    from bfppc_synth.model.law import Law, Provenance, Range, Statement
+    from bfppc_synth.model.law import Law, NamedConstant, Provenance, Range
 
 _WIDTH = 100
-#: Names of the math module, as the template imports them.
-_FUNCTIONS = {
-    Operator.SQRT: "sqrt",
-    Operator.EXP: "exp",
-    Operator.LOG: "log",
-    Operator.SIN: "sin",
-    Operator.COS: "cos",
-    Operator.TAN: "tan",
-    Operator.TANH: "tanh",
-    Operator.SINH: "sinh",
-    Operator.COSH: "cosh",
-    Operator.ATAN: "atan",
-    Operator.ASINH: "asinh",
-    Operator.POW: "power",
-}
-#: math.pow under a name that is no builtin.
-_IMPORTED = {"power": "pow as power"}
 
 
 def render_controller(law: Law, provenance: Provenance) -> str:
@@ -69,7 +51,7 @@ def render_controller(law: Law, provenance: Provenance) -> str:
     ResourceError
         If the installation has no templates.
     """
-    syntax = _PythonSyntax(law)
+    syntax = PythonSyntax(law)
     center = render(law.center.statements, (*law.center.r, law.center.v), syntax)
     feedback = render(law.feedback, (Variable(name="u"),), syntax)
     derived = render(law.derived, (), syntax)
@@ -93,8 +75,8 @@ def render_controller(law: Law, provenance: Provenance) -> str:
         offset=syntax.rounded("x_1 - y_d"),
         portable=_portable(law, syntax),
         real_limit=repr(law.arithmetic.largest),
-        certified=[f"{c.name} = {c.value!r}" for c in law.certified],
-        limits=[f"{c.name} = {c.value!r}" for c in law.limits],
+        certified=[_constant_line(constant, syntax) for constant in law.certified],
+        limits=[_constant_line(constant, syntax) for constant in law.limits],
         derived=[f"{line.target} = {line.text}" for line in derived.lines],
         order=law.order,
         states=unpacking(law),
@@ -111,7 +93,7 @@ def render_controller(law: Law, provenance: Provenance) -> str:
         tube=[*(_within(test) for test in law.tube), *_followed(law)],
         switching=_switching(law, syntax),
         # Printing the statements above has collected what they call.
-        functions=[_IMPORTED.get(name, name) for name in sorted(syntax.functions)],
+        functions=[IMPORTED.get(name, name) for name in sorted(syntax.functions)],
         helpers=sorted(syntax.helpers),
         needs_math=rounds or bool(syntax.helpers),
         accuracy=repr(law.accuracy),
@@ -119,7 +101,7 @@ def render_controller(law: Law, provenance: Provenance) -> str:
     )
 
 
-def _latch(law: Law, syntax: _PythonSyntax) -> dict[str, object] | None:
+def _latch(law: Law, syntax: PythonSyntax) -> dict[str, object] | None:
     """Lay out what center nominal does before its center."""
     latch = law.center.latch
     if latch is None:
@@ -133,12 +115,17 @@ def _latch(law: Law, syntax: _PythonSyntax) -> dict[str, object] | None:
     }
 
 
+def _constant_line(constant: NamedConstant, syntax: Syntax) -> str:
+    value = constant.value
+    return f"{constant.name} = {value if isinstance(value, int) else syntax.literal(value)}"
+
+
 def _entry(law: Law) -> list[str]:
     """Round what is passed in, as a caller of the C controller does."""
     return [f"{name} = single({name})" for name in ("t", *(f"x_{i + 1}" for i in range(law.order)))]
 
 
-def _portable(law: Law, syntax: _PythonSyntax) -> list[dict[str, object]]:
+def _portable(law: Law, syntax: PythonSyntax) -> list[dict[str, object]]:
     """Lay out the functions that the file contains."""
     return [
         {
@@ -176,7 +163,7 @@ def latched_values(law: Law, syntax: Syntax) -> list[dict[str, str]]:
     return [{"name": name, "state": value} for name, value in pairs]
 
 
-def _switching(law: Law, syntax: _PythonSyntax) -> dict[str, object] | None:
+def _switching(law: Law, syntax: PythonSyntax) -> dict[str, object] | None:
     """Lay out the stages: functions of states and center, what keeps each, what follows it."""
     if law.switching is None:
         return None
@@ -248,18 +235,6 @@ def _assigned(lines: tuple[Line, ...], *, indent: int) -> list[str]:
     return assigned
 
 
-def _dividing(law: Law) -> frozenset[str]:
-    """Divisions by anything but a constant."""
-    constants = {constant.name for constant in law.certified if constant.value}
-    return frozenset(
-        s.target
-        for s in every_statement(law)
-        if s.operator is Operator.DIV
-        and isinstance(s.operands[1], Variable)
-        and s.operands[1].name not in constants
-    )
-
-
 def _followed(law: Law) -> list[str]:
     """Center nominal divides: a command held back because v has no value is not OK."""
     return [] if law.center.latch is None else ["-real_limit <= v <= real_limit"]
@@ -268,60 +243,3 @@ def _followed(law: Law) -> list[str]:
 def _within(test: Range) -> str:
     lower = f"-{test.upper}" if test.lower is None else test.lower
     return f"{lower} <= {test.variable} <= {test.upper}"
-
-
-class _PythonSyntax:
-    """Python expressions; remembers what has to be imported or defined for them."""
-
-    def __init__(self, law: Law) -> None:
-        elapsed = (0.0, law.elapsed_limit)
-        names = (name for name, _ in center_arguments(law))
-        known = {name: elapsed for name in names if name.startswith(("elapsed", "since"))}
-        if law.center.latch is not None:
-            known = latched_ranges(law)
-            latch = law.center.latch
-            self._raising = raising(
-                (*latch.signals, *latch.statements, *law.center.statements), known
-            )
-        else:
-            self._raising = raising(law.center.statements, known)
-        if law.reference is not None:
-            self._raising |= raising(law.reference.statements, {"t": elapsed})
-        self._arithmetic = law.arithmetic
-        if law.arithmetic.single:
-            # What is not 0 in binary64 may be it in binary32.
-            self._raising |= _dividing(law)
-        self.functions: set[str] = set()
-        self.helpers: set[str] = set()
-
-    def literal(self, value: float) -> str:
-        return repr(self._arithmetic.nearest(value))
-
-    def variable(self, name: str) -> str:
-        return name
-
-    def rounded(self, text: str) -> str:
-        return f"single({text})" if self._arithmetic.single else text
-
-    def infix(self, statement: Statement) -> str | None:
-        if statement.operator is Operator.DIV and statement.target in self._raising:
-            return None
-        return INFIX.get(statement.operator)
-
-    def call(self, statement: Statement, arguments: tuple[str, ...]) -> str:
-        operator = statement.operator
-        if operator is Operator.ABS:
-            return f"abs({arguments[0]})"
-        if self._arithmetic.portable and operator in CALLS:
-            name, more = CALLS[operator]
-            return f"portable_{name}({', '.join((*arguments, *map(repr, more)))})"
-        name = "divide" if operator is Operator.DIV else _FUNCTIONS[operator]
-        if statement.target in self._raising:
-            self.helpers.add(name)
-            name = f"ieee_{name}"
-        else:
-            self.functions.add(name)
-        return self.rounded(f"{name}({', '.join(arguments)})")
-
-    def select(self, condition: str, then: str, otherwise: str) -> str:
-        return f"{then} if {condition} else {otherwise}"

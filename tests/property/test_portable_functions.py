@@ -35,6 +35,7 @@ from bfppc_synth.certificate.checker import (
     scale,
     sub,
 )
+from bfppc_synth.simulation.loading import load_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -351,10 +352,10 @@ def functions(arithmetic: Arithmetic) -> dict[str, Callable[..., np.ndarray]]:
 
     found = {}
     for name, text in checker.portable_functions(arithmetic).items():
-        tree = ast.fix_missing_locations(Typed().visit(ast.parse(text)))
-        space = {"kind": kind, "where": np.where, "float": float, "abs": np.abs}
-        exec(compile(tree, name, "exec"), space)
-        found[name] = space[f"portable_{name}"]
+        typed = ast.unparse(ast.fix_missing_locations(Typed().visit(ast.parse(text))))
+        head = f"from numpy import {kind.__name__} as kind, where\n"
+        module = load_text(head + typed, name=name, origin=name)
+        found[name] = getattr(module, f"portable_{name}")
     return found
 
 
