@@ -35,7 +35,7 @@ MORE = {
     "examples/motor_arm_nominal": math.inf,
     "tests/plants/nominal_chain_of_four": 1.108,
     "tests/plants/nominal_flexible_joint": 122.5,
-    "tests/plants/nominal_joint_shared": 60.0,
+    "tests/plants/nominal_joint_shared": 77.6,
     "tests/plants/nominal_levitation": 16.5,
 }
 
