@@ -80,6 +80,8 @@ class ShapeForm:
         shapes = tuple(map(_shape, candidate.gains))
         tight = None
         if self._tight is not None:
+            if min(candidate.half_widths) <= 0.0:
+                return None
             tight = self._tight.claims(shapes, candidate.half_widths)
         if alternative:
             found = self._judge.evaluate(shapes, candidate.half_widths, alternative, tight)

@@ -36,6 +36,8 @@ _TIME_PIECES = 16
 _PHASE_PIECES = {1: 16, 2: 8, 3: 4}
 # exp(-12) of a start is left over when the tail of (53) begins.
 _FADED = 12.0
+# More than this of a reference beside what it settles on: its bounds alone are as good.
+_LEFT = 1e-2
 
 
 def nominal_spans(plant: Plant, model: NominalModel) -> tuple[Span, ...]:
@@ -117,6 +119,10 @@ class _Performance:
         )
         # What is rounded up by a few units in the last place is taken back.
         batches = (first, *later_cells(reference, time, self._end * (1.0 - 1e-15), 2))
+        if any(max(-low, high) > _LEFT for low, high in batches[-1].rest[:2]):
+            raise EnvelopeError(
+                "too much of the reference is left when it settles", subexpression=""
+            )
         spans = []
         for cells in batches:
             wide = self._kept(cells.span)

@@ -241,7 +241,7 @@ class Repair:
         found = self._moved(shapes, half_widths)
         if found is None:
             # Nothing asks for less.
-            return _TERMWISE * termwise
+            return _TERMWISE * termwise * min(self._widening.rate, 2.0)
         if math.isinf(self._widening.rate):
             return _TERMWISE * termwise
         wide = max(found.upper, 0.0) * (1.0 + _ROOM) * self._widening.rate
