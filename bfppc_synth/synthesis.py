@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from bfppc_synth.bounds.admission import admit, misplaced_term, refused_reference
 from bfppc_synth.bounds.funnel import require_funnel, require_signals
+from bfppc_synth.bounds.representable import require_representable
 from bfppc_synth.bounds.signals import (
     bound_signals,
     conditions,
@@ -125,6 +126,7 @@ def prepare(
         return prepare_nominal(spec, _weights(spec), MARGINS[0], progress, transition=transition)
     progress("bounding the plant")
     plant = build_plant(spec)
+    require_representable(plant)
     try:
         signals = bound_signals(plant)
         printed = spec.synthesis.form is Form.PRINTED

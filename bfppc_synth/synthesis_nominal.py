@@ -8,8 +8,10 @@ from bfppc_synth.bounds.admission import admit, misplaced_term
 from bfppc_synth.bounds.funnel import keeps_funnel, require_nominal_funnel
 from bfppc_synth.bounds.nominal_model import is_smooth, smooth_gain
 from bfppc_synth.bounds.nominal_signals import nominal_center
+from bfppc_synth.bounds.representable import require_representable
 from bfppc_synth.bounds.signals import bound_signals, conditions
 from bfppc_synth.errors import EnvelopeError, Mistake, PlantFileError, UsageError
+from bfppc_synth.expressions.nominal import AlongCenterError
 from bfppc_synth.expressions.symbolic import build_plant
 from bfppc_synth.gains.funnel import longest_kept
 from bfppc_synth.gains.methods.unified import Unified
@@ -17,6 +19,7 @@ from bfppc_synth.gains.problem import DesignProblem, fixed_gains
 from bfppc_synth.gains.transition import choose_transition
 from bfppc_synth.majorants.derive import derive_majorants
 from bfppc_synth.model.spec import Anchor, Method, ReferenceKind
+from bfppc_synth.spec.rules import LEAST_TRANSITION, MOST_TRANSITION
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -78,6 +81,7 @@ def prepare_nominal(
     _require_combination(spec)
     progress("bounding the plant")
     plant = build_plant(spec)
+    require_representable(plant)
     _require_derivatives(plant)
     _require_smooth_gains(plant)
     try:
@@ -98,6 +102,8 @@ def prepare_nominal(
     free = transition is None
 
     def pose(duration: float) -> DesignProblem:
+        if free and not LEAST_TRANSITION <= duration <= MOST_TRANSITION:
+            raise EnvelopeError("the transition is outside 1e-6 to 1e6 s", subexpression="")
         if free and plant.funnel is not None and not keeps_funnel(plant, duration):
             raise EnvelopeError("the transition leaves the funnel", subexpression="")
         nominal = nominal_center(plant, duration)
@@ -120,12 +126,23 @@ def prepare_nominal(
         if transition is None:
             transition = choose_transition(pose, progress, longest=longest_kept(plant))
         problem = pose(transition)
+    except AlongCenterError as error:
+        raise _mistaken(spec, _key(plant, error), str(error), error.fix) from error
     except EnvelopeError as error:
         if error.subexpression and error.subexpression == str(plant.reference):
             raise _mistaken(spec, "reference", str(error), _REFERENCE_FIX) from error
         raise _mistaken(spec, "synthesis.center", str(error), error.fix) from error
     admit(plant, majorants, problem.center)
     return problem, signals
+
+
+def _key(plant: Plant, error: AlongCenterError) -> str:
+    """Place of f or g; of a g that is known by its bounds only, of the first of these."""
+    if error.key == "reference":
+        return error.key
+    channel = plant.channels[error.index]
+    key = "g_min" if error.key == "g" and channel.g is None else error.key
+    return f"dynamics.{channel.state.name}.{key}"
 
 
 def _require_combination(spec: PlantSpec) -> None:

@@ -2887,7 +2887,9 @@ class Trajectory:
                 last = signal.settled(at, None)
             if last is None:
                 later = max(2 * max(at, ONE), late + 1)
-                found += signal.octave(at, later, cells)
+                # What the delay reaches is wanted by its time.
+                covered = signal.octave if at > late else signal.direct
+                found += covered(at, later, cells)
                 at = later
         return [*found, *signal.torus(last, _LATEST, cells)]
 
@@ -2968,18 +2970,23 @@ class _Signal:
         self.phased, turns = common_phases(self.nodes)
         self.turns = turns or {"#p0": ZERO_I}
         self.speed = _turning(self.nodes[0]) if len(turns) == 1 else ZERO_I
+        if len(turns) > 1:
+            rates = [a[1:3] for a in (_frequency(wave.args[0]) for wave in _waves(node)) if a]
+            found = [scale(weight, Tape(rest, ()).value(())) for weight, rest in rates]
+            self.speed = _call("max", [absolute(a) for a in found])
 
     def settled(self, start: int, end: int | None) -> _Settled | None:
-        """Cover [start, end], or all later times: None as long as something is yet to fade."""
+        """Cover [start, end], or all later times; None where that says too little as yet."""
         try:
             spans = [
                 Tail(start, self.turns) if end is None else _Span(start, end, self.turns)
                 for _ in self.nodes
             ]
             rest = [span.abstract(node) for span, node in zip(spans, self.phased, strict=True)]
-        except UndecidedError:
-            if end is not None or start >= _LATEST:
-                raise
+            errors, sizes = self._rounding(start, end or _LATEST)
+        except UndecidedError as error:
+            if end is None and start >= _LATEST:
+                raise UndecidedError(f"the reference cannot be enclosed: {error}") from None
             return None
         boxes = [
             tuple(a for name, a in span.ranges.items() if name not in self.turns) for span in spans
@@ -2988,7 +2995,6 @@ class _Signal:
         if end is None and moves >= ONE >> 20 and start < _LATEST:
             return None
         names = [list(span.ranges) for span in spans]
-        errors, sizes = self._rounding(start, end or _LATEST)
         first, *others = self.turns
         return _Settled(
             tuple(map(Tape, rest, names)),
@@ -3021,6 +3027,11 @@ class _Signal:
         settled = self.settled(start, end) if many and start >= ONE else None
         if settled is not None:
             return self.torus(settled, end, max(1, cells // 4))
+        return self.direct(start, end, cells)
+
+    def direct(self, start: int, end: int, cells: int) -> list[Stretch]:
+        """Cut a finite time itself."""
+        turns = mul((end - start,) * 2, self.speed)[1] // (2 * PI_I[0])
         count = max(1, cells // 8) * (1 + turns)
         return [Stretch(a, fading=False, latest=a[1]) for a in _cut(start, end, count)]
 
@@ -3163,7 +3174,8 @@ class _Survey:
         self.early = ZERO_I
         judged = [(stretch, self._judge(stretch)) for stretch in path.stretches(_SLICES)]
         self.found = _largest([bounds for _, bounds in judged])
-        for _ in range(3):
+        # A cell of several phases is cut in each of them, and there are few to begin with.
+        for _ in range(5 if judged[-1][0].others else 3):
             judged, last = self._cut(judged), self.found
             self.found = _largest([bounds for _, bounds in judged])
             pairs = zip(last, self.found, strict=True)

@@ -91,9 +91,11 @@ class Drawn:
         conditions = sp.Matrix(
             order,
             order,
-            lambda i, k: sp.ff(k, rows[i][1]) * rows[i][0] ** max(k - rows[i][1], 0)
-            if k >= rows[i][1]
-            else 0,
+            lambda i, k: (
+                sp.ff(k, rows[i][1]) * rows[i][0] ** max(k - rows[i][1], 0)
+                if k >= rows[i][1]
+                else 0
+            ),
         )
         inverse = conditions.inv()
         found = [sum(inverse[k, j] * values[j] for j in range(n)) for k in range(order)]
@@ -119,7 +121,9 @@ def test_the_room_is_below_every_sample_and_not_far_below(tmp_path: Path, case: 
     drawn = Drawn(case)
     plant, problem = drawn.read(tmp_path)
     sampled = drawn.least(40)
-    room, _ = checker._clearance(checker.Trajectory(problem, Fraction(drawn.duration)), problem.funnel)
+    room, _ = checker._clearance(
+        checker.Trajectory(problem, Fraction(drawn.duration)), problem.funnel
+    )
     low, high = room[0] / checker.ONE, room[1] / checker.ONE
     assert low <= sampled + 1e-12, drawn.text
     assert high >= low
@@ -137,7 +141,9 @@ def test_center_performance_is_judged_as_samples_say(tmp_path: Path, case: int) 
     draw, low, high = drawn.draw, *drawn.box[0]
     rate = draw.choice([0.5, 1.0, 3.0])
     delta = draw.choice([0.0, 0.05])
-    text = drawn.text.replace("synthesis: {center: nominal}\n", f"measurement: {{noise: {delta}}}\n")
+    text = drawn.text.replace(
+        "synthesis: {center: nominal}\n", f"measurement: {{noise: {delta}}}\n"
+    )
     text = text.replace(", transition:", f", rho: {{kind: exponential, rate: {rate}}}, transition:")
     drawn.text = text.replace("accuracy: 0.01", "accuracy: 0.06")
     plant, problem = drawn.read(tmp_path)

@@ -37,9 +37,7 @@ RATE = "rho: {kind: exponential, rate: 1}, "
 STARTS = "0.51*exp(-t)"
 
 
-def written(
-    funnel: str, *, rho: str = RATE, synthesis: str = "p: {}", reference: str = "0"
-) -> str:
+def written(funnel: str, *, rho: str = RATE, synthesis: str = "p: {}", reference: str = "0") -> str:
     text = FORCED.replace("FUNNEL", funnel).replace("RHO", rho)
     return text.replace("SYNTHESIS", synthesis).replace("REFERENCE", reference)
 
@@ -130,7 +128,9 @@ def test_a_given_transition_that_leaves_the_funnel_names_one_that_keeps_it(read)
     assert "with T_s = 6 s" in said
     kept = said.partition("`transition: ")[2].partition("`")[0]
     assert 1.0 < float(kept) < 6.0
-    synthesize(read("0.1 + 0.6*exp(-t)", rho=f"transition: {kept}, ", **NOMINAL)).certificate.require()
+    synthesize(
+        read("0.1 + 0.6*exp(-t)", rho=f"transition: {kept}, ", **NOMINAL)
+    ).certificate.require()
     longer = f"transition: {1.05 * float(kept)}, "
     assert "with T_s" in refusal(read("0.1 + 0.6*exp(-t)", rho=longer, **NOMINAL))
 
