@@ -9,8 +9,10 @@ from bfppc_synth.bounds.admission import admit, misplaced_term
 from bfppc_synth.bounds.funnel import keeps_funnel, require_nominal_funnel
 from bfppc_synth.bounds.nominal_model import is_smooth, smooth_gain
 from bfppc_synth.bounds.nominal_signals import nominal_center
+from bfppc_synth.bounds.representable import require_representable
 from bfppc_synth.bounds.signals import bound_signals, conditions
 from bfppc_synth.errors import EnvelopeError, Mistake, PlantFileError, UsageError
+from bfppc_synth.expressions.nominal import AlongCenterError
 from bfppc_synth.expressions.symbolic import build_plant
 from bfppc_synth.gains.funnel import longest_kept
 from bfppc_synth.gains.methods.unified import Unified
@@ -19,6 +21,7 @@ from bfppc_synth.gains.transition import choose_transition
 from bfppc_synth.majorants.derive import derive_majorants
 from bfppc_synth.model.spec import Anchor, CenterKind, Method, ReferenceKind
 from bfppc_synth.spec.build import DEFAULT_HORIZON
+from bfppc_synth.spec.rules import LEAST_TRANSITION, MOST_TRANSITION
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -107,6 +110,7 @@ def prepare_nominal(
     _require_combination(spec)
     progress("bounding the plant")
     plant = build_plant(spec)
+    require_representable(plant)
     _require_derivatives(plant)
     _require_smooth_gains(plant)
     try:
@@ -127,6 +131,8 @@ def prepare_nominal(
     free = transition is None
 
     def pose(duration: float) -> DesignProblem:
+        if free and not LEAST_TRANSITION <= duration <= MOST_TRANSITION:
+            raise EnvelopeError("the transition is outside 1e-6 to 1e6 s", subexpression="")
         if free and plant.funnel is not None and not keeps_funnel(plant, duration):
             raise EnvelopeError("the transition leaves the funnel", subexpression="")
         nominal = nominal_center(plant, duration)
@@ -152,6 +158,8 @@ def prepare_nominal(
             longest = longest_kept(plant, _longest_wanted(spec))
             transition = choose_transition(pose, progress, longest=longest)
         problem = pose(transition)
+    except AlongCenterError as error:
+        raise _mistaken(spec, _key(plant, error), str(error), error.fix) from error
     except EnvelopeError as error:
         if error.subexpression and error.subexpression == str(plant.reference):
             raise _mistaken(spec, "reference", str(error), _REFERENCE_FIX) from error
@@ -174,6 +182,15 @@ def _require_admission(plant: Plant, majorants: Majorants, center: CenterBounds)
         admit(plant, majorants, center)
     except PlantFileError as error:
         raise EnvelopeError(error.mistakes[0].message, subexpression="") from error
+
+
+def _key(plant: Plant, error: AlongCenterError) -> str:
+    """Place of f or g; of a g that is known by its bounds only, of the first of these."""
+    if error.key == "reference":
+        return error.key
+    channel = plant.channels[error.index]
+    key = "g_min" if error.key == "g" and channel.g is None else error.key
+    return f"dynamics.{channel.state.name}.{key}"
 
 
 def _require_combination(spec: PlantSpec) -> None:

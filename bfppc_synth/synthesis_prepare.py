@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from bfppc_synth.bounds.admission import admit, misplaced_term, refused_reference
 from bfppc_synth.bounds.funnel import require_funnel
+from bfppc_synth.bounds.representable import require_representable
 from bfppc_synth.bounds.signals import (
     bound_signals,
     conditions,
@@ -58,6 +59,7 @@ def prepare(
         spec = around_performance(spec)
     progress("bounding the plant")
     plant = build_plant(spec)
+    require_representable(plant)
     try:
         signals = bound_signals(plant)
         printed = spec.synthesis.form is Form.PRINTED

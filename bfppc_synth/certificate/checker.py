@@ -2964,125 +2964,173 @@ class Trajectory:
         if "t" not in symbols(phased) and len(turns) == 1:
             length = div((2 * PI_I[0], 2 * PI_I[1]), _turning(node))[1]
             cut = _cut(start, end + length, cells)
-            return [
-                *found,
-                *(Stretch(cell, fading=False, latest=self.problem.latest) for cell in cut),
-            ]
-        settled = _settled(self.problem, node, self.length, max(end, self.problem.delay[1]))
-        width = settled.start - start
-        if settled.speed[1]:
-            turn = div((2 * PI_I[0], 2 * PI_I[1]), settled.speed)[1]
-            cut = _cut(start, settled.start, min(8 * cells, cells * (1 + width // turn)))
-        else:
-            cut = _cut(start, settled.start, cells)
-        rest = _cut(0, 2 * PI_I[1], cells) if settled.speed[1] else [ZERO_I]
-        return [
-            *found,
-            *(Stretch(cell, fading=False, latest=cell[1]) for cell in cut),
-            *(
-                Stretch(cell, fading=False, latest=self.problem.latest, settled=settled)
-                for cell in rest
-            ),
-        ]
+            latest = self.problem.latest
+            return [*found, *(Stretch(cell, fading=False, latest=latest) for cell in cut)]
+        signal = _Signal(self.problem, node, self.length)
+        late, at, last = self.problem.delay[1], start, None
+        while last is None:
+            # Octaves of time, as many as it takes until what fades has hardly anything left.
+            if at > late:
+                last = signal.settled(at, None)
+            if last is None:
+                later = max(2 * max(at, ONE), late + 1)
+                # What the delay reaches is wanted by its time.
+                covered = signal.octave if at > late else signal.direct
+                found += covered(at, later, cells)
+                at = later
+        return [*found, *signal.torus(last, self.problem.latest, cells)]
+
+
+_PHASES = ("#p1", "#p2")  # those beside the first one
 
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
     """Times t, at most ``latest`` where they stand for later periods too.
 
-    If ``settled``, t is the phase of all times from settled.start on.
+    If ``settled``, t is the phase of all the times that it covers, and ``others`` are further
+    phases, of waves whose periods have nothing in common with the first one.
     """
 
     t: Interval
     fading: bool
     latest: int = 0
     settled: _Settled | None = None
+    others: Box = ()
 
 
 @dataclass(frozen=True, slots=True)
 class _Settled:
-    """A reference for t >= start as y_k(phase, rest): series coefficients, the rest in intervals.
+    """A reference from a time on as y_k(phases, rest): series coefficients, the rest in intervals.
 
-    The phase turns with ``speed``. ``turned`` are the derivatives by the phase. ``errors`` and
-    ``sizes`` bound rounding and partial sums of every coefficient in binary64.
+    ``turned`` are the derivatives by the first phase, ``across`` those by each of the others:
+    phases and rest are taken as independent, so that the mean value theorem may be used in the
+    phases. ``errors`` and ``sizes`` bound rounding and partial sums of every coefficient in
+    binary64.
     """
 
-    start: int
-    speed: Interval
     values: tuple[Tape, ...]
     turned: tuple[Tape, ...]
+    across: tuple[tuple[Tape, ...], ...]
     boxes: tuple[Box, ...]
     errors: tuple[int, ...]
     sizes: tuple[int, ...]
 
-    def series(self, numbers: Exact, phase: Interval) -> Series:
-        """Coefficients k over a phase interval, hulled with the slope of k - 1 by the phase.
-
-        With these any later coefficient contains what the phase alone changes in time, the
-        rest being held: the mean value theorem may be used in the phase.
-        """
+    def series(self, numbers: Exact, phases: Box) -> Series:
+        """Coefficients over a box of phases, with slopes by these where numbers have any."""
         found: Series = []
         for k, (tape, box) in enumerate(zip(self.values, self.boxes, strict=True)):
-            value = tape.value((phase, *box))
-            if k:
-                slope = self.turned[k - 1].value((phase, *self.boxes[k - 1]))
-                value = hull(value, scale(Fraction(1, k), mul(self.speed, slope)))
+            value = tape.value((*phases, *box))
+            if isinstance(numbers, Sloped):
+                slopes = (self.turned[k], *(tapes[k] for tapes in self.across))
+                found.append((value, tuple(slope.value((*phases, *box)) for slope in slopes)))
+                continue
             size = max(self.sizes[k], absolute(value)[1])
             found.append(numbers.input(value, self.errors[k], size))
         return found
 
 
-def _settled(problem: Problem, node: Node, length: int, least: int) -> _Settled:
-    """Find a time from which on what has no phase of its own hardly moves any more."""
-    nodes = [node]
-    while len(nodes) < length:
-        nodes.append(combine([(Fraction(1, len(nodes)), derivative(nodes[-1], "t"))]))
-    parts = [phases(part) for part in nodes]
-    arguments = [sorted({wave.text for wave in _waves(part)}) for part in nodes]
-    inner = [{text[4:-1] for text in found} for found in arguments]
-    if any(len(turns) > 1 for _, turns in parts) or any(a not in (inner[0], set()) for a in inner):
-        raise UndecidedError("center nominal needs a reference with one period in the end")
-    reason = ""
-    start = max(least, ONE)
-    for _ in range(12):
+class _Span(Tail):
+    """Enclosures over [T, T'] of what has no phase."""
+
+    def __init__(self, start: int, end: int, ranges: Mapping[str, Interval]) -> None:
+        super().__init__(start, ranges)
+        self.end = end
+
+    def growth(self, node: Node) -> Growth:
+        """Enclose an expression over the span."""
+        ranges = {**self.ranges, "t": (self.start[0], self.end)}
+        low, high = extremes(node, ranges, None, 40)
+        return Growth(Fraction(0), (low[0], high[1]))
+
+
+class _Signal:
+    """A reference with its derivatives, whose waves with a frequency have become phases."""
+
+    def __init__(self, problem: Problem, node: Node, length: int) -> None:
+        self.problem, self.nodes = problem, [node]
+        while len(self.nodes) < length:
+            order = len(self.nodes)
+            slope = derivative(self.nodes[-1], "t")
+            self.nodes.append(combine([(Fraction(1, order), slope)]))
+        self.phased, turns = common_phases(self.nodes)
+        self.turns = turns or {"#p0": ZERO_I}
+        self.speed = _turning(self.nodes[0]) if len(turns) == 1 else ZERO_I
+        if len(turns) > 1:
+            rates = [a[1:3] for a in (_frequency(wave.args[0]) for wave in _waves(node)) if a]
+            found = [scale(weight, Tape(rest, ()).value(())) for weight, rest in rates]
+            self.speed = _call("max", [absolute(a) for a in found])
+
+    def settled(self, start: int, end: int | None) -> _Settled | None:
+        """Cover [start, end], or all later times; None where that says too little as yet."""
         try:
-            tails = [Tail(start, turns) for _, turns in parts]
-            rest = [tail.abstract(part) for tail, (part, _) in zip(tails, parts, strict=True)]
-        except UndecidedError as error:
-            reason = str(error)
-        else:
-            boxes = [
-                {name: value for name, value in tail.ranges.items() if name != "#p0"}
-                for tail in tails
+            spans = [
+                Tail(start, self.turns) if end is None else _Span(start, end, self.turns)
+                for _ in self.nodes
             ]
-            moves = max((b[1] - b[0] for box in boxes for b in box.values()), default=0)
-            if moves < ONE >> 20:
-                break
-        start *= 2
-    else:
-        raise UndecidedError(f"center nominal needs a reference that settles: {reason}")
-    speed = _turning(node) if parts[0][1] else ZERO_I
-    turned = [derivative(part, "#p0") for part in rest]
-    names = [["#p0", *box] for box in boxes]
-    errors, sizes = [0] * length, [0] * length
-    numbers = Rounded(problem.arithmetic)
-    while start < problem.latest:
-        later = min(2 * start, problem.latest)
-        taylor = Taylor(numbers, length)
-        t = numbers.input((start, later), clock_error(problem, later), later)
-        for k, a in enumerate(taylor.evaluate(node, {"t": [t, taylor.one]})):
-            errors[k], sizes[k] = max(errors[k], a[1]), max(sizes[k], a[2])
-        start = later
-    begin = tails[0].start[0]
-    return _Settled(
-        begin,
-        speed,
-        tuple(Tape(part, own) for part, own in zip(rest, names, strict=True)),
-        tuple(Tape(part, own) for part, own in zip(turned, names, strict=True)),
-        tuple(tuple(box.values()) for box in boxes),
-        tuple(errors),
-        tuple(sizes),
-    )
+            rest = [span.abstract(node) for span, node in zip(spans, self.phased, strict=True)]
+            errors, sizes = self._rounding(start, end or self.problem.latest)
+        except UndecidedError as error:
+            if end is None and start >= self.problem.latest:
+                raise UndecidedError(f"the reference cannot be enclosed: {error}") from None
+            return None
+        boxes = [
+            tuple(a for name, a in span.ranges.items() if name not in self.turns) for span in spans
+        ]
+        moves = max((a[1] - a[0] for box in boxes for a in box), default=0)
+        if end is None and moves >= ONE >> 20 and start < self.problem.latest:
+            return None
+        names = [list(span.ranges) for span in spans]
+        first, *others = self.turns
+        return _Settled(
+            tuple(map(Tape, rest, names)),
+            tuple(Tape(derivative(a, first), own) for a, own in zip(rest, names, strict=True)),
+            tuple(
+                tuple(Tape(derivative(a, name), own) for a, own in zip(rest, names, strict=True))
+                for name in others
+            ),
+            tuple(boxes),
+            tuple(errors),
+            tuple(sizes),
+        )
+
+    def _rounding(self, start: int, end: int) -> tuple[list[int], list[int]]:
+        """Bound rounding and partial sums of every coefficient in binary64."""
+        errors, sizes = [0] * len(self.nodes), [0] * len(self.nodes)
+        numbers = Rounded(self.problem.arithmetic)
+        taylor = Taylor(numbers, len(self.nodes))
+        while start < end:
+            later = min(max(2 * start, ONE >> 20), end)
+            t = numbers.input((start, later), clock_error(self.problem, later), later)
+            for k, a in enumerate(taylor.evaluate(self.nodes[0], {"t": [t, taylor.one]})):
+                errors[k], sizes[k] = max(errors[k], a[1]), max(sizes[k], a[2])
+            start = later
+        return errors, sizes
+
+    def octave(self, start: int, end: int, cells: int) -> list[Stretch]:
+        """Cut a finite time, where a phase turns often into phases."""
+        turns = mul((end - start,) * 2, self.speed)[1] // (2 * PI_I[0])
+        many = len(self.turns) > 1 or turns > 3
+        settled = self.settled(start, end) if many and start >= ONE else None
+        if settled is not None:
+            return self.torus(settled, end, max(1, cells // 4))
+        return self.direct(start, end, cells)
+
+    def direct(self, start: int, end: int, cells: int) -> list[Stretch]:
+        """Cut a finite time itself."""
+        turns = mul((end - start,) * 2, self.speed)[1] // (2 * PI_I[0])
+        count = max(1, cells // 8) * (1 + turns)
+        return [Stretch(a, fading=False, latest=a[1]) for a in _cut(start, end, count)]
+
+    def torus(self, settled: _Settled, latest: int, cells: int) -> list[Stretch]:
+        """Cut the phases."""
+        wide = [a for a in self.turns.values() if a[1]]
+        count = round(cells ** (1 / len(wide))) if wide else 1
+        axes = [_cut(*a, count) if a[1] else [a] for a in self.turns.values()]
+        return [
+            Stretch(t, fading=False, latest=latest, settled=settled, others=tuple(others))
+            for t, *others in itertools.product(*axes)
+        ]
 
 
 def _rate(a: Series) -> Interval:
@@ -3128,42 +3176,43 @@ class _Starts:
         self.weights = path.latched(self.numbers, seeds[: path.n], *seeds[path.n :])
         self.middle = path.latched(Exact(), middle[: path.n], *middle[path.n :])
 
-    def moved(self, a: Any) -> Interval:
-        """Return what a number can differ from its value at the middle start."""
-        return total(map(mul, a[1], self.reach))
-
 
 def _centered(path: Trajectory, starts: _Starts, stretch: Stretch) -> tuple[list[Interval], ...]:
     """Enclose r_1..r_n, v over a stretch of time, their rates, and both at one point of it.
 
-    Values are met with the mean value form around middle time and start, rates too where the
-    series has the second derivative.
+    Values are met with the mean value form around middle time (or phases) and start, rates too
+    where the series has the second derivative.
     """
     t, settled, numbers = stretch.t, stretch.settled, starts.numbers
     middle = ((t[0] + t[1]) >> 1,) * 2
-    moved = sub(t, middle)
+    moved, reach = sub(t, middle), starts.reach
     if settled is None:
         weights = (starts.weights, starts.middle) if stretch.fading else (None, None)
         whole = path.series(numbers, numbers.input(t, 0, 0), weights[0])
         point = path.series(Exact(), middle, weights[1])
     else:
-        moved = div(moved, settled.speed) if settled.speed[1] else ZERO_I
-        whole = path.series(numbers, None, None, settled.series(numbers, t))
-        point = path.series(Exact(), None, None, settled.series(Exact(), middle))
+        box = (t, *stretch.others)
+        at: Box = tuple(((a[0] + a[1]) >> 1,) * 2 for a in box)
+        reach, moved = list(map(sub, box, at)), ZERO_I
+        whole = path.series(numbers, None, None, settled.series(numbers, box))
+        point = path.series(Exact(), None, None, settled.series(Exact(), at))
     values, rates = [], []
     for a, b in zip(whole, point, strict=True):
         slope = a[1] if len(a) > 1 else (ZERO_I, ())
         rate = slope[0]
         if path.problem.reference is not None:
             bent = scale(Fraction(2), a[2][0]) if len(a) > 2 else ZERO_I
-            near = add(add(_rate(b), mul(bent, moved)), starts.moved(slope))
+            near = add(add(_rate(b), mul(bent, moved)), _moved(slope, reach))
             rate = _meet(rate, near)
         rates.append(rate)
-        # By the phase alone only what the series itself gives is known to be the slope.
-        steep = rate if settled is None else slope[0]
-        near = add(add(b[0], mul(steep, moved)), starts.moved(a[0]))
+        near = add(add(b[0], mul(rate, moved)), _moved(a[0], reach))
         values.append(_meet(a[0][0], near))
     return values, rates, [b[0] for b in point], [_rate(b) for b in point]
+
+
+def _moved(a: Any, reach: Sequence[Interval]) -> Interval:
+    """Return what a number with slopes can differ from its value in the middle."""
+    return total(map(mul, a[1], reach))
 
 
 class _ModelError:
@@ -3212,7 +3261,8 @@ class _Survey:
         self.early = ZERO_I
         judged = [(stretch, self._judge(stretch)) for stretch in path.stretches(_SLICES)]
         self.found = _largest([bounds for _, bounds in judged])
-        for _ in range(3):
+        # A cell of several phases is cut in each of them, and there are few to begin with.
+        for _ in range(5 if judged[-1][0].others else 3):
             judged, last = self._cut(judged), self.found
             self.found = _largest([bounds for _, bounds in judged])
             pairs = zip(last, self.found, strict=True)
@@ -3252,9 +3302,11 @@ class _Survey:
 
 
 def _halved(stretch: Stretch) -> list[Stretch]:
-    cut = (stretch.t[0] + stretch.t[1]) >> 1
-    ends = ((stretch.t[0], cut), (cut, stretch.t[1]))
-    return [Stretch(t, stretch.fading, stretch.latest, stretch.settled) for t in ends]
+    boxes: list[Box] = [(stretch.t, *stretch.others)]
+    for j, a in enumerate(boxes[0]):
+        if a[0] < a[1]:
+            boxes = [half for box in boxes for half in halves(box, j)]
+    return [replace(stretch, t=t, others=tuple(others)) for t, *others in boxes]
 
 
 def _largest(bounds: Sequence[Sequence[Interval]]) -> list[Interval]:
@@ -3304,7 +3356,7 @@ class Following:
             # t - t_0 is rounded once; a period later the same point has a larger t.
             t, latest = stretch.t, max(stretch.latest, stretch.t[1])
             if stretch.settled is not None:
-                y = stretch.settled.series(numbers, t)
+                y = stretch.settled.series(numbers, (t, *stretch.others))
                 found = self.path.series(numbers, None, None, y)
             else:
                 time = numbers.input(t, clock_error(problem, latest), latest)
@@ -3944,7 +3996,8 @@ class _Signals:
 
     def __init__(self, path: Trajectory, stretch: Stretch) -> None:
         self.path, self.stretch, problem = path, stretch, path.problem
-        self.inputs: dict[str, Interval] = {"t": stretch.t}
+        phases = zip(_PHASES, stretch.others, strict=False)
+        self.inputs: dict[str, Interval] = {"t": stretch.t, **dict(phases)}
         self.passed: list[str] = []
         if stretch.fading:
             starts = widened_starts(problem)
@@ -3996,13 +4049,11 @@ class _Signals:
                 self._weights[key] = path.latched(numbers, starts[: path.n], *starts[path.n :])
             weights = self._weights[key]
         if settled is not None:
-            y: Series = []
-            for tape, turned, own in zip(
-                settled.values, settled.turned, settled.boxes, strict=True
-            ):
-                value = tape.value((whole["t"], *own))
-                slope = (turned.value((whole["t"], *own)),) if self.wide else ()
-                y.append((value, slope) if isinstance(numbers, Sloped) else value)
+            y = settled.series(numbers, tuple(whole.values()))
+            if isinstance(numbers, Sloped):
+                # Slopes by the phases that are no points.
+                wide = [name in self.wide for name in whole]
+                y = [(a, tuple(itertools.compress(by, wide))) for a, by in y]
         elif self.passed:
             y = [seeds[name] for name in self.passed]
         else:
