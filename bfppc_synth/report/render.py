@@ -142,7 +142,7 @@ def render_html(document: Mapping[str, object], design: Design, nominal: Traject
         reference=reference_sentence(design),
         performance=performance_sentences(design),
         parameter_tables=[parameters] if parameters else [],
-        majorants=_majorants(design),
+        majorant_tables=_majorants(design),
         centers=center_texts(design, document),
         splits=splits(design),
         errors=errors_sentence(document),
@@ -246,8 +246,11 @@ def _drivers(inequalities: Sequence[Inequality]) -> list[dict[str, object]]:
     ]
 
 
-def _majorants(design: Design) -> list[dict[str, str]]:
-    return [
+def _majorants(design: Design) -> list[list[dict[str, str]]]:
+    """Give the one table; around a nominal center nothing is bounded by majorants of f and g."""
+    if design.nominal is not None:
+        return []
+    rows = [
         {
             "f": inline(expression_latex(channel.f_text)),
             "g": inline(expression_latex(channel.g_text)),
@@ -255,3 +258,4 @@ def _majorants(design: Design) -> list[dict[str, str]]:
         }
         for channel in design.majorants.channels
     ]
+    return [rows]
