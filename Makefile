@@ -23,7 +23,7 @@ test: install tools
 	@$(LANE) types $(BIN)/mypy --no-error-summary
 	@$(LANE) imports $(BIN)/lint-imports >build/imports.log || { cat build/imports.log; exit 1; }
 	@tail -n 1 build/imports.log
-	@$(BIN)/python -m pytest
+	@$(BIN)/python -m pytest -n auto --dist worksteal
 
 # The same tests with ten times the random cases.
 test-all: export BFPPC_TESTS := all

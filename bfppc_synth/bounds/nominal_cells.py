@@ -205,7 +205,9 @@ def _phased(expression: sp.Expr, time: sp.Symbol, phases: Phases) -> Cells:
 
 def _harmonic(written: sp.Expr, phase: sp.Symbol) -> int:
     """How many times the fastest wave goes round while a phase does so once (16 at most)."""
-    turns = [abs(float(sp.diff(wave.args[0], phase))) for wave in written.atoms(sp.sin, sp.cos)]
+    slopes = [sp.diff(wave.args[0], phase) for wave in written.atoms(sp.sin, sp.cos)]
+    # A wave of a wave has no one frequency; its inner one is among the others.
+    turns = [abs(float(slope)) for slope in slopes if slope.is_number]
     return math.ceil(min(16.0, max(turns, default=1.0)))
 
 

@@ -63,13 +63,13 @@ def search(
     first = tuple(choice[0] for choice in choices)
     second = tuple(choice[-1] for choice in choices)
     if not slots(problem, first):
-        shapes, widths = _fixed(problem)
+        shapes, widths = fixed_design(problem)
         return judge.best(shapes, widths)
     best: Evaluation | None = None
     for pattern in dict.fromkeys((first, second)):
         found = [
             _solve(judge, pattern, alternative, progress, resume)
-            for alternative in _alternatives(problem)
+            for alternative in alternatives(problem)
         ]
         for candidate in found:
             if candidate is not None and (best is None or candidate.cost < best.cost):
@@ -79,12 +79,14 @@ def search(
     return best
 
 
-def _alternatives(problem: DesignProblem) -> tuple[str, ...]:
+def alternatives(problem: DesignProblem) -> tuple[str, ...]:
+    """Name the forms of the last inequality that are worth a search."""
     names = problem.theorem.alternatives()
     return names if problem.conditions.hold > 0.0 else names[:1]
 
 
-def _fixed(problem: DesignProblem) -> tuple[tuple[Shape, ...], tuple[float, ...]]:
+def fixed_design(problem: DesignProblem) -> tuple[tuple[Shape, ...], tuple[float, ...]]:
+    """Return the gains and half-widths of a file that fixes all of them."""
     shapes = tuple(
         Shape(k=g.k or 0.0, M=g.M or 0.0, epsilon=g.epsilon or 1.0, c=g.c or 0.0, N=g.N)
         for g in problem.gains
@@ -135,7 +137,7 @@ def _solve(
 
 
 def _rounded(judge: Judge, solution: Mapping[Slot, float], alternative: str) -> Evaluation | None:
-    for values in (_linearized(judge.problem, solution), dict(solution)):
+    for values in (linearized(judge.problem, solution), dict(solution)):
         for digits in DIGITS:
             found = round_candidate(judge, values, alternative, digits)
             if found is not None:
@@ -143,7 +145,7 @@ def _rounded(judge: Judge, solution: Mapping[Slot, float], alternative: str) -> 
     return None
 
 
-def _linearized(problem: DesignProblem, solution: Mapping[Slot, float]) -> dict[Slot, float]:
+def linearized(problem: DesignProblem, solution: Mapping[Slot, float]) -> dict[Slot, float]:
     """Replace each tanh that has become linear by the linear term, where that is free."""
     values = dict(solution)
     for slot, level in solution.items():

@@ -20,14 +20,12 @@ class Unavailable:
 
 
 UNAVAILABLE: Final = (
-    Unavailable(section="synthesis", key="bounds", word="tight"),
     Unavailable(section="synthesis", key="objective", word="accuracy"),
     Unavailable(section="synthesis", key="objective", word="period"),
     Unavailable(section="synthesis", key="objective", word="resolution"),
     Unavailable(section="synthesis.objective", key="accuracy"),
     Unavailable(section="synthesis.objective", key="period"),
     Unavailable(section="synthesis.objective", key="resolution"),
-    Unavailable(section="performance", key="funnel"),
 )
 """What later versions bring: deleting a row here makes the reader read it."""
 
