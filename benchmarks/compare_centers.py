@@ -94,9 +94,10 @@ the feedback may add to it.
 
 For center performance the files of `examples/` as they are, sampling included. For center nominal
 they lose their `f_bound`, `g_bound` and `g_min`, since f and g are then the model, and T_s is left
-open. The rows with 10 % give every force coefficient a factor of its own in [0.9, 1.1], which may
-change at any time. Declared bounds are then left out for both centers, and what is derived in their
-place may be tighter: the paper's examples get cheaper for center performance.
+open, up to the time that is simulated. The rows with 10 % give every force coefficient a factor of
+its own in [0.9, 1.1], which may change at any time. Declared bounds are then left out for both
+centers, and what is derived in their place may be tighter: the paper's examples get cheaper for
+center performance.
 
 | plant | model | U, performance | U, nominal | feedforward | tube | T_s [s] |
 |---|---|---|---|---|---|---|
