@@ -12,7 +12,7 @@ PRINTED := $(sort $(wildcard examples/*_printed.yaml))
 EXAMPLES := $(filter-out $(PRINTED),$(sort $(wildcard examples/*.yaml)))
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test test-all bench centers generated figures install tools clean
+.PHONY: demo test test-all bench centers tight generated figures install tools clean
 
 demo: install
 	@$(BIN)/bfppc-synth examples/paper_example_2.yaml --out build/paper_example_2
@@ -34,6 +34,10 @@ bench: install
 
 centers: install
 	@$(BIN)/python benchmarks/compare_centers.py
+
+# docs/tight.md: every plant by termwise and by tight bounds; some minutes.
+tight: install
+	@$(BIN)/python benchmarks/bench_tight.py
 
 generated: install
 	@set -e; for plant in $(EXAMPLES); do $(BIN)/bfppc-synth $$plant --quiet; done

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -13,7 +14,7 @@ from bfppc_synth.gains.evaluation import Evaluation, Judge
 from bfppc_synth.gains.problem import is_free
 from bfppc_synth.gains.search import search
 from bfppc_synth.gains.tight import repaired, search_tight
-from bfppc_synth.gains.tight_repair import Widening
+from bfppc_synth.gains.tight_repair import Candidate, Widening
 from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.model.tight import Termwise, TightBounds
 from bfppc_synth.synthesis_proof import proved
@@ -95,7 +96,7 @@ def synthesize_tight(
             break
         if any(not entry.holds for entry in certificate.assumption_checks):
             break
-        wider = _widened(widening, problem.plant.spec.states, certificate)
+        wider = _widened(widening, best, problem, certificate)
         if wider is None and (not left or not free):
             break
         if wider is None:
@@ -140,21 +141,48 @@ def restored_tight(
 
 
 def _widened(
-    widening: Widening, states: tuple[str, ...], certificate: Certificate
+    widening: Widening, best: Candidate, problem: DesignProblem, certificate: Certificate
 ) -> Widening | None:
     """Take the next factor for each tight claim that is not proved; None where all are."""
+    states, feed = problem.plant.spec.states, problem.center.feed
     open_ids = {entry.id for entry in certificate.inequalities if not entry.holds}
+    tight = best.evaluation.tight
     loads, rate, changed = list(widening.load), widening.rate, False
     for index, state in enumerate(states):
-        if f"tight[{state}]" in open_ids and loads[index] < math.inf:
-            loads[index], changed = _following(loads[index]), True
-    if f"tight.rate[{states[-1]}]" in open_ids and rate < math.inf:
-        rate, changed = _following(rate), True
-    return Widening(load=tuple(loads), rate=rate) if changed else None
+        if f"tight[{state}]" in open_ids and tight is not None and loads[index] < math.inf:
+            loads[index] = _following(loads[index], tight.load[index], best.termwise.load[index])
+            changed = True
+    if f"tight.rate[{states[-1]}]" in open_ids and tight is not None and rate < math.inf:
+        rate, changed = _following(rate, tight.rate, best.termwise.rate), True
+    if not changed:
+        return None
+    return Widening(load=tuple(loads), rate=rate, excess=_excess(best, states, feed, certificate))
 
 
-def _following(factor: float) -> float:
+def _following(factor: float, claim: float, termwise: float) -> float:
+    """Return the next factor; what is at the termwise bound already has no other."""
+    if claim >= termwise:
+        return math.inf
     return next(wider for wider in _WIDER if wider > factor)
+
+
+def _excess(
+    best: Candidate, states: tuple[str, ...], feed: tuple[float, ...], certificate: Certificate
+) -> tuple[float, ...]:
+    """Divide the checker's termwise loads by those of the search; nothing where it has none."""
+    enclosures = json.loads(certificate.document or "{}").get("enclosures", {})
+    found = []
+    for index, state in enumerate(states):
+        ends = [enclosures.get(f"{name}[{state}]") for name in ("D", "g_min")]
+        if None in ends:
+            return ()
+        most, least = float.fromhex(ends[0][1]), float.fromhex(ends[1][0])
+        ahead = feed[index] if index + 1 < len(states) else 0.0
+        own = best.termwise.load[index]
+        if least <= 0.0 or not 0.0 < own < math.inf:
+            return ()
+        found.append(max(1.0, (most / least + ahead) / own))
+    return tuple(found)
 
 
 def _not_enclosed(problem: DesignProblem, error: EnvelopeError) -> PlantFileError:

@@ -1296,9 +1296,12 @@ class Tape:
 
 
 class Steep(Tape):
-    """A tape with slopes in reverse, for many symbols; ``held`` of the first are never faces."""
+    """A tape with slopes in reverse, for many symbols.
 
-    held = 0
+    Where a box has no value yet, its ``first`` dimensions are cut before the others.
+    """
+
+    first = 0
 
     def gradient(self, box: Box) -> tuple[Interval, Gradient]:
         """Value and enclosure of all slopes over the box: each place's factor on the result.
@@ -1366,8 +1369,8 @@ class Steep(Tape):
                 value, slopes = self.gradient(face)
                 steep = [
                     j
-                    for j, s in slopes.items()
-                    if j >= self.held and (s[0] >= 0 or s[1] <= 0) and face[j][0] < face[j][1]
+                    for j, slope in slopes.items()
+                    if (slope[0] >= 0 or slope[1] <= 0) and face[j][0] < face[j][1]
                 ]
                 if not steep:
                     break
@@ -1402,7 +1405,7 @@ class Steep(Tape):
             except UndecidedError:
                 values.append((-_LARGEST, _LARGEST))
         wide = [j for j, (lo, hi) in enumerate(box) if lo < hi]
-        wide.sort(key=lambda j: (j >= self.held, box[j][0] - box[j][1]))
+        wide.sort(key=lambda j: (j >= self.first, box[j][0] - box[j][1]))
         return Bound(values[0][1], values[1][0], middle, box, tuple(wide))
 
 
@@ -4064,23 +4067,22 @@ class _Signals:
 class _Followed(Steep):
     """An expression in r_1..r_n, v ("#r{i}"), errors and parameters, along center nominal.
 
-    A box begins with the coordinates of the signals; what depends on these is not taken to a
-    face, so that the middle of their part is used over and over.
+    A box begins with the coordinates of the signals.
     """
 
     def __init__(self, node: Node, signals: _Signals, names: Sequence[str]) -> None:
         count = signals.path.n + 1
         super().__init__(node, [*(f"#r{k + 1}" for k in range(count)), *names])
-        self.signals, self.held, self.count = signals, len(signals.wide), count
+        self.signals, self.first, self.count = signals, len(signals.wide), count
 
     def _values(self, box: Box) -> list[Interval]:
-        return super()._values((*self.signals.over(box[: self.held])[0], *box[self.held :]))
+        return super()._values((*self.signals.over(box[: self.first])[0], *box[self.first :]))
 
     def gradient(self, box: Box) -> tuple[Interval, Gradient]:
         """Value and slopes, those of the signals passed on to their coordinates."""
         value, inner = super().gradient(box)
-        result = {j + self.held - self.count: s for j, s in inner.items() if j >= self.count}
-        for k, slopes in enumerate(self.signals.over(box[: self.held])[1]):
+        result = {j + self.first - self.count: s for j, s in inner.items() if j >= self.count}
+        for k, slopes in enumerate(self.signals.over(box[: self.first])[1]):
             if k in inner:
                 _accumulate(result, dict(enumerate(slopes)), inner[k])
         return value, result
