@@ -317,7 +317,7 @@ CASES = {
             1.0,
         ),
         last=7.0,
-        halvings=3,
+        halvings=6,
         ranges={"a": (0.9, 1.1)},
         duration=1.0,
     ),
