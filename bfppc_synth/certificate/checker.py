@@ -5317,6 +5317,8 @@ def _check_c_arithmetic(code: str, name: str, arithmetic: Arithmetic) -> None:
             raise MalformedError(
                 f"{name}.c: the literal {literal} is not of type {arithmetic.real}"
             )
+    if re.search(r"\b0[xX][\w.]*[pP]", code):
+        raise MalformedError(f"{name}.c: a hexadecimal literal: no controller needs that")
     if arithmetic.single and re.search(r"\bdouble\b", code):
         raise MalformedError(f"{name}.c: a double where everything is certified as float")
     for word in _LIBM.split():
