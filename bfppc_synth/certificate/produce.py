@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from bfppc_synth.certificate import checker
 from bfppc_synth.certificate.answers import judged_inequalities
-from bfppc_synth.certificate.numbers import design_document
+from bfppc_synth.certificate.entries import design_document
 from bfppc_synth.certificate.trees import find_trees
 from bfppc_synth.model.arithmetic import DEFAULT
 from bfppc_synth.model.certificate import Certificate, Verdict
