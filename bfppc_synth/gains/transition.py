@@ -25,8 +25,9 @@ _REFINEMENTS = 4
 _DIGITS = 3
 # A gain this small does not justify another octave.
 _FLAT = 1e-4
-# What half the time is worth: where the cost is flat, the shorter transition is taken.
-_PER_OCTAVE = 1e-3
+# What half the time is worth, and all that it may cost: where the cost is flat, the shorter
+# transition is taken.
+_PATIENCE = 1e-3
 
 
 def choose_transition(
@@ -61,7 +62,8 @@ def choose_transition(
     ----------
     docs/theory.md section 4: a short T_s costs feedforward, a long one tracks late, and no T_s
     is too long for the peak input alone, so it has to end within ``longest``. No shorter T_s that
-    was tried costs less; a longer one may, by a thousandth for twice the time.
+    was tried costs less; a longer one may, by a thousandth for twice the time, and no more than
+    that for any.
     """
     progress("choosing the transition time")
     candidates = _Candidates(pose, longest)
@@ -73,9 +75,10 @@ def choose_transition(
         return candidates.least_feedforward()
     step = math.sqrt(2.0)
     for _ in range(_REFINEMENTS):
-        wider = to_digits(best * step, _DIGITS)
-        longer = (wider,) if wider <= max(longest, best) else ()
-        best = min((best, to_digits(best / step, _DIGITS), *longer), key=candidates.price)
+        for neighbour in (best / step, best * step):
+            if (near := to_digits(neighbour, _DIGITS)) <= max(longest, best):
+                candidates.cost(near)
+        best = candidates.preferred()
         step = math.sqrt(step)
     return best
 
@@ -90,7 +93,7 @@ class _Candidates:
         self._feedforward: dict[float, float] = {}
         self._failure: EnvelopeError | None = None
         # Gains that are all given cost the same: only the room in their inequalities counts.
-        self._per_octave = 0.0
+        self._patience = 0.0
 
     def without_limit(self) -> _Candidates:
         """Ask the same problems for the least peak input only."""
@@ -109,7 +112,7 @@ class _Candidates:
 
     def price(self, transition: float) -> float:
         """Return the cost and what the time itself is worth."""
-        return self.cost(transition) + self._per_octave * math.log2(transition)
+        return self.cost(transition) + self._patience * math.log2(transition)
 
     def best(self) -> float:
         """Best of the grid, which grows downward as long as that helps.
@@ -129,7 +132,13 @@ class _Candidates:
         while math.isinf(min(tried)[0]) and k < _FURTHEST:
             k += 1
             tried.append((self.price(self._at(k)), k))
-        return self._at(min(tried)[1])
+        return self.preferred()
+
+    def preferred(self) -> float:
+        """Return the least price among what costs hardly more than the best."""
+        enough = min(self._costs.values()) + self._patience
+        near = [at for at, cost in self._costs.items() if cost <= enough]
+        return min(near, key=self.price)
 
     def least_feedforward(self) -> float:
         """T_s of the smallest sup|v|."""
@@ -155,7 +164,7 @@ class _Candidates:
         self._known[transition] = found
         if free:
             weights = problem.weights
-            self._per_octave = _PER_OCTAVE * max(weights.peak_input, weights.slope)
+            self._patience = _PATIENCE * max(weights.peak_input, weights.slope)
         # Gains that are all given have no best cost, only a T_s that leaves them most room.
         return found.cost if free else found.shortfall
 

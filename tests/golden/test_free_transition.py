@@ -12,6 +12,7 @@ import pytest
 
 from bfppc_synth.gains.problem import Weights
 from bfppc_synth.gains.search import search
+from bfppc_synth.spec.build import DEFAULT_HORIZON
 from bfppc_synth.spec.load import load_spec
 from bfppc_synth.synthesis_nominal import prepare_nominal
 
@@ -22,8 +23,8 @@ PEAK_INPUT = Weights(peak_input=1.0, slope=0.01)
 BALANCED = Weights(peak_input=1.0, slope=1.0)
 MARGIN = 2e-4
 GIVEN = (0.5, 1.0, 2.0, 5.0)
-# What twice the time has to gain, and what four digits of the gains leave open.
-PER_OCTAVE, ROUNDED = 1e-3, 2e-4
+# What twice the time, or any, has to gain, and what four digits of the gains leave open.
+PATIENCE, ROUNDED = 1e-3, 2e-4
 EXAMPLES = [
     (name, weights)
     for weights in (PEAK_INPUT, BALANCED)
@@ -67,7 +68,8 @@ def require_never_worse(spec, weights, given=GIVEN):
         if other is None:
             continue
         compared += 1
-        room = ROUNDED + PER_OCTAVE * max(0.0, math.log2(transition / chosen))
+        octaves = math.log2(transition / chosen)
+        room = ROUNDED + PATIENCE * min(max(0.0, octaves), 1.0)
         assert free.cost <= other.cost + room
         if weights is PEAK_INPUT:
             assert other.bounds.U * math.exp(room) >= free.bounds.U
@@ -97,16 +99,31 @@ def test_nor_for_an_example(tmp_path, name, weights):
     require_never_worse(open_spec(path), weights)
 
 
+@pytest.mark.parametrize("horizon", [None, 40.0, 1e4])
+def test_no_transition_is_longer_than_what_is_simulated(tmp_path, horizon):
+    path = tmp_path / "plant.yaml"
+    asked = "" if horizon is None else f"simulation: {{horizon: {horizon}}}\n"
+    path.write_text(REGULATION + asked, "utf-8")
+    longest = DEFAULT_HORIZON if horizon is None else horizon
+    spec = open_spec(path)
+    given = [share * longest for share in (1e-3, 0.01, 0.1, 0.3, 1.0)]
+    chosen, free = require_never_worse(spec, PEAK_INPUT, given)
+    assert chosen <= longest
+    # Without that there is no best T_s: U = 0.1 + c / T_s.
+    _, longer = solved(spec, PEAK_INPUT, 8.0 * longest)
+    assert longer.bounds.U < free.bounds.U
+
+
 def test_where_longer_is_hardly_better_the_shorter_is_taken(tmp_path):
     path = tmp_path / "plant.yaml"
-    path.write_text(REGULATION, "utf-8")
+    path.write_text(REGULATION + "simulation: {horizon: 100000}\n", "utf-8")
     spec = open_spec(path)
-    chosen, free = require_never_worse(spec, PEAK_INPUT, (*GIVEN, 50.0))
-    # Without a price of time there is no longest T_s: U = 0.1 + c / T_s.
-    _, longer = solved(spec, PEAK_INPUT, 8.0 * chosen)
-    assert longer.bounds.U < free.bounds.U < longer.bounds.U * math.exp(3.0 * PER_OCTAVE)
+    chosen, free = solved(spec, PEAK_INPUT)
+    assert chosen < 0.5e5
+    _, longest = solved(spec, PEAK_INPUT, 1e5)
+    assert longest.bounds.U < free.bounds.U < longest.bounds.U * math.exp(1.1 * PATIENCE)
     _, half = solved(spec, PEAK_INPUT, 0.5 * chosen)
-    assert half.bounds.U > free.bounds.U * (1.0 + PER_OCTAVE)
+    assert half.bounds.U > free.bounds.U * (1.0 + 0.5 * PATIENCE)
 
 
 def test_a_transition_that_costs_nothing_is_short():

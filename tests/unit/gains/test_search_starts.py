@@ -85,7 +85,21 @@ def test_the_transition_is_searched_from_the_middle_outward():
         asked.append(transition)
         return posed(path, transition)
 
-    chosen = choose_transition(pose, lambda _message: None)
+    chosen = choose_transition(pose, lambda _message: None, longest=16.0)
     assert asked[0] == 2.0
-    assert sorted(asked[:9]) == [0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0]
+    assert sorted(asked[:8]) == [0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0]
     assert chosen in asked
+
+
+@pytest.mark.parametrize("longest", [0.7, 3.0])
+def test_no_transition_beyond_the_longest_is_asked_for(longest):
+    # Without a limit 4 s is the best.
+    path = PLANTS / "nominal_jerk.yaml"
+    asked = []
+
+    def pose(transition):
+        asked.append(transition)
+        return posed(path, transition)
+
+    assert choose_transition(pose, lambda _message: None, longest=longest) <= longest
+    assert max(asked) <= longest
