@@ -96,8 +96,6 @@ def synthesize(spec: PlantSpec, *, progress: Callable[[str], None] = _silent) ->
     free = is_free(problem)
     if spec.synthesis.bounds is BoundsKind.TIGHT:
         tightened = synthesize_tight(problem, signals, MARGINS, progress)
-        if tightened is None:
-            raise no_design(problem, free=free)
         design = _design(tightened.problem, signals, tightened.evaluation, tightened.certificate)
         return replace(design, termwise=tightened.termwise)
     found: Evaluation | None = None
