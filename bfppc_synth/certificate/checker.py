@@ -3872,6 +3872,19 @@ class _Residual:
 
     Made of true states: x_j = r_j + e_j - phi_{j-1}(e_{j-1}); along center nominal dr_j =
     f^_j(r) + g^_j(r) r_{j+1}. What is bounded only has a factor of known sign and is kept apart.
+    At one time all of it belongs together: no inequality is used on the way, so damping helps.
+
+    Truth is what the termwise chain takes for it: along center nominal f and g where they are
+    given; with center performance |f| <= f_bound where that is given, else f with its
+    parameters, and g from g_min (else g) to g_bound (else g).
+
+    r and v are those of real arithmetic, from the start that was latched, whatever it is: the
+    true errors are made of these. What the code computes instead differs by what eta and
+    delta_u contain (``rounding_errors``); d e_i / dt on the tube has no part of it but u, and
+    u - v stands apart in (U2), (U2') and V_n. So the rounding counts as for termwise bounds.
+
+    A facet is taken with a thickness of 2^-40 p_i: the layer in which Theorem U wants |e_i| to
+    decrease is a part of it, and f may jump at the facet itself.
     """
 
     def __init__(
@@ -5240,6 +5253,8 @@ def _check_goals(
     hints = leaf if trees is None else _list(trees, "trees", len(goals))
     if len(hints) != len(goals):
         raise MalformedError(f"{obligation.id}: {len(goals)} trees are needed")
+    if sum(len(tree) for tree in hints if isinstance(tree, str)) > _MOST_LETTERS:
+        raise MalformedError(f"{obligation.id}: trees of more than {_MOST_LETTERS} letters")
     held = all(check_tree(goal, tree) for goal, tree in zip(goals, hints, strict=True))
     if held and kind != "corner":
         return "proved", "", None
@@ -5254,6 +5269,7 @@ def _check_goals(
     return "undecided", "the hinted subdivision does not prove it", None
 
 
+_MOST_LETTERS = 12_000
 LETTERS = ".0123456789abcdefghijklmnopqrstuvwxyz"
 
 
