@@ -2,31 +2,38 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bfppc_synth.bounds.admission import admit, misplaced_term
+from bfppc_synth.bounds.funnel import keeps_funnel, require_nominal_funnel
 from bfppc_synth.bounds.nominal_model import is_smooth, smooth_gain
 from bfppc_synth.bounds.nominal_signals import nominal_center
+from bfppc_synth.bounds.representable import require_representable
 from bfppc_synth.bounds.signals import bound_signals, conditions
 from bfppc_synth.errors import EnvelopeError, Mistake, PlantFileError, UsageError
+from bfppc_synth.expressions.nominal import AlongCenterError
 from bfppc_synth.expressions.symbolic import build_plant
+from bfppc_synth.gains.funnel import longest_kept
 from bfppc_synth.gains.methods.unified import Unified
 from bfppc_synth.gains.problem import DesignProblem, fixed_gains
 from bfppc_synth.gains.transition import choose_transition
 from bfppc_synth.majorants.derive import derive_majorants
-from bfppc_synth.model.spec import Anchor, Method, ReferenceKind
+from bfppc_synth.model.spec import Anchor, CenterKind, Method, ReferenceKind
+from bfppc_synth.spec.build import DEFAULT_HORIZON
+from bfppc_synth.spec.rules import LEAST_TRANSITION, MOST_TRANSITION
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from bfppc_synth.gains.problem import Weights
-    from bfppc_synth.model.bounds import SignalBounds
+    from bfppc_synth.model.bounds import CenterBounds, Majorants, SignalBounds
     from bfppc_synth.model.plant import Plant
     from bfppc_synth.model.spec import PlantSpec
 
 _REFERENCE_FIX = (
-    "supply it at run time with n + 2 bounds on it and its derivatives, or use"
-    " `center: performance`"
+    "give {value, bound, rate} with `center: performance`, or supply it at run time with n + 2"
+    " bounds on it and its derivatives"
 )
 _DERIVATIVES_FIX = (
     "give the reference as an expression without bounds, or use `center: performance`"
@@ -35,6 +42,33 @@ _DERIVATIVES_FIX = (
 
 def _silent(message: str) -> None:
     del message
+
+
+def nominal_if_any(
+    spec: PlantSpec,
+    weights: Weights,
+    margin: float,
+    progress: Callable[[str], None] = _silent,
+    *,
+    transition: float | None = None,
+) -> tuple[DesignProblem, SignalBounds] | None:
+    """Return None instead of an error where the file does not ask for this center itself.
+
+    What the reader takes for a known model by its text may still have a pole on the way, or a
+    reference without an enclosure; center performance then says what is wrong, or works.
+    """
+    try:
+        return prepare_nominal(spec, weights, margin, progress, transition=transition)
+    except PlantFileError:
+        if spec.gives("synthesis.center"):
+            raise
+    progress("no center that the nominal plant can follow: taking center performance")
+    return None
+
+
+def around_performance(spec: PlantSpec) -> PlantSpec:
+    """Return the same plant file with center performance."""
+    return replace(spec, synthesis=replace(spec.synthesis, center=CenterKind.PERFORMANCE))
 
 
 def prepare_nominal(
@@ -76,6 +110,7 @@ def prepare_nominal(
     _require_combination(spec)
     progress("bounding the plant")
     plant = build_plant(spec)
+    require_representable(plant)
     _require_derivatives(plant)
     _require_smooth_gains(plant)
     try:
@@ -90,8 +125,19 @@ def prepare_nominal(
     if accuracy is None:
         raise UsageError("performance.accuracy is required in this version")
 
+    if transition is None and spec.performance.transition is not None:
+        transition = spec.performance.transition.approximate
+    require_nominal_funnel(plant, transition)
+    free = transition is None
+
     def pose(duration: float) -> DesignProblem:
+        if free and not LEAST_TRANSITION <= duration <= MOST_TRANSITION:
+            raise EnvelopeError("the transition is outside 1e-6 to 1e6 s", subexpression="")
+        if free and plant.funnel is not None and not keeps_funnel(plant, duration):
+            raise EnvelopeError("the transition leaves the funnel", subexpression="")
         nominal = nominal_center(plant, duration)
+        if free:
+            _require_admission(plant, majorants, nominal.center)
         return DesignProblem(
             plant=plant,
             majorants=majorants,
@@ -108,17 +154,43 @@ def prepare_nominal(
         )
 
     try:
-        if transition is None and spec.performance.transition is not None:
-            transition = spec.performance.transition.approximate
         if transition is None:
-            transition = choose_transition(pose, progress)
+            longest = longest_kept(plant, _longest_wanted(spec))
+            transition = choose_transition(pose, progress, longest=longest)
         problem = pose(transition)
+    except AlongCenterError as error:
+        raise _mistaken(spec, _key(plant, error), str(error), error.fix) from error
     except EnvelopeError as error:
         if error.subexpression and error.subexpression == str(plant.reference):
             raise _mistaken(spec, "reference", str(error), _REFERENCE_FIX) from error
         raise _mistaken(spec, "synthesis.center", str(error), error.fix) from error
     admit(plant, majorants, problem.center)
     return problem, signals
+
+
+def _longest_wanted(spec: PlantSpec) -> float:
+    """How long a transition may take where the file leaves it open: as long as what is simulated.
+
+    A horizon that only keeps a run with short samples short says nothing about it.
+    """
+    return spec.simulation.horizon if spec.gives("simulation.horizon") else DEFAULT_HORIZON
+
+
+def _require_admission(plant: Plant, majorants: Majorants, center: CenterBounds) -> None:
+    """Turn a domain that this T_s leaves into what the search of T_s steps over."""
+    try:
+        admit(plant, majorants, center)
+    except PlantFileError as error:
+        raise EnvelopeError(error.mistakes[0].message, subexpression="") from error
+
+
+def _key(plant: Plant, error: AlongCenterError) -> str:
+    """Place of f or g; of a g that is known by its bounds only, of the first of these."""
+    if error.key == "reference":
+        return error.key
+    channel = plant.channels[error.index]
+    key = "g_min" if error.key == "g" and channel.g is None else error.key
+    return f"dynamics.{channel.state.name}.{key}"
 
 
 def _require_combination(spec: PlantSpec) -> None:

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from bfppc_synth.bounds.admission import require_reference
+from bfppc_synth.bounds.funnel import require_signals
 from bfppc_synth.bounds.tight_bounds import tight_search
 from bfppc_synth.errors import EnvelopeError, Mistake, PlantFileError
 from bfppc_synth.gains.diagnose import no_design
@@ -18,7 +18,7 @@ from bfppc_synth.gains.tight import repaired, search_tight
 from bfppc_synth.gains.tight_repair import Candidate, Widening
 from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.model.tight import Termwise, TightBounds
-from bfppc_synth.proving import proved
+from bfppc_synth.synthesis_proof import proved
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -97,7 +97,7 @@ def synthesize_tight(
     for attempt in range(1, _ATTEMPTS + 1):
         progress("proving")
         certificate = proved(problem, best.evaluation)
-        require_reference(problem.plant, certificate.failures)
+        require_signals(problem.plant, certificate.failures)
         if certificate.verdict is Verdict.CERTIFIED:
             break
         if any(not entry.holds for entry in certificate.assumption_checks):

@@ -16,7 +16,7 @@ from bfppc_synth.gains.tight_repair import Repair, Widening
 from bfppc_synth.model.certificate import Strictness
 from bfppc_synth.model.shapes import Shape, Theorem1Gain
 from bfppc_synth.model.spec import BoundsKind, Form, Method
-from bfppc_synth.synthesis import prepare
+from bfppc_synth.synthesis_prepare import prepare
 from bfppc_synth.synthesis_theorem1 import prepare_theorem1
 from bfppc_synth.synthesis_tight import finder_of
 

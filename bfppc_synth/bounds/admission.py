@@ -129,10 +129,15 @@ def require_reference(plant: Plant, failures: tuple[str, ...]) -> None:
             raise refused_reference(plant, error)
 
 
+def refused(plant: Plant, path: str, message: str, fix: str) -> PlantFileError:
+    """Give a mistake its place in the plant file."""
+    mistake = _mistake(plant, path, message, fix)
+    return PlantFileError(plant.spec.path, plant.spec.source, (mistake,))
+
+
 def _refusal(plant: Plant, path: str, error: EnvelopeError) -> PlantFileError:
     fix = error.fix or (NOT_ENCLOSED_FIX if path == "reference" else _TERM_FIX)
-    mistake = _mistake(plant, path, str(error), fix)
-    return PlantFileError(plant.spec.path, plant.spec.source, (mistake,))
+    return refused(plant, path, str(error), fix)
 
 
 def _entries(channel: Channel) -> tuple[tuple[str, sp.Expr], ...]:

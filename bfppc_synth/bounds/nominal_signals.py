@@ -17,7 +17,7 @@ from bfppc_synth.bounds.derivative import derivative
 from bfppc_synth.bounds.dual_arrays import Dual, constant, coordinate, mean_value
 from bfppc_synth.bounds.interval_arrays import Interval, IntervalFunctions
 from bfppc_synth.bounds.nominal_cells import CELLS, Cells, halved, later_cells, transition_cells
-from bfppc_synth.bounds.nominal_center import NominalCenter
+from bfppc_synth.bounds.nominal_center import NominalCenter, overflow, require_sizes
 from bfppc_synth.bounds.nominal_following import Follower, known_part
 from bfppc_synth.bounds.nominal_model import (
     nominal_model,
@@ -122,6 +122,10 @@ class _Followed:
 
         Cells that may still raise a range by more than two thousandths are quartered.
         """
+        with np.errstate(over="ignore", invalid="ignore"):
+            self._add(cells)
+
+    def _add(self, cells: Cells) -> None:
         spent, failures = 0, 0
         # Narrower cells of time do not take away what a wide start adds to an enclosure.
         most = _MOST_CELLS_OF_STARTS if self.follower.coordinates(cells) else _MOST_CELLS
@@ -171,10 +175,10 @@ class _Followed:
             lower = np.broadcast_to(item.wide.lower, closed.shape)[closed]
             upper = np.broadcast_to(item.wide.upper, closed.shape)[closed]
             low, high = self._found.get(item.key, (math.inf, -math.inf))
-            self._found[item.key] = (
-                min(low, float(np.min(lower))),
-                max(high, float(np.max(upper))),
-            )
+            ends = float(np.min(lower)), float(np.max(upper))
+            # What overflows may be no number at all.
+            ends = (-math.inf, math.inf) if any(map(math.isnan, ends)) else ends
+            self._found[item.key] = min(low, ends[0]), max(high, ends[1])
 
     def _size(self, *key: int | str) -> float:
         low, high = self._found.get(key, (0.0, 0.0))
@@ -183,12 +187,9 @@ class _Followed:
     def result(self) -> NominalCenter:
         """Close the record."""
         order = self._model.order
+        require_sizes([self._found["r", i] for i in range(order + 1)], self._model.states)
         if not all(math.isfinite(end) for pair in self._found.values() for end in pair):
-            raise EnvelopeError(
-                "the center overflows binary64",
-                subexpression="",
-                fix="choose a longer transition, or other units",
-            )
+            raise overflow("the center overflows binary64")
         self._require_sides()
         ends = [self._found["r", i] for i in range(order + 1)]
         size = self._size("r", order)

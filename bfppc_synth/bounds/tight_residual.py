@@ -66,11 +66,12 @@ def forces(plant: Plant, model: NominalModel | None) -> tuple[Force, ...]:
     nominal = model is not None
     found = []
     for i, channel in enumerate(plant.channels):
-        # A declared bound is what center performance knows of f; without one it is f itself.
-        known = channel.f if nominal or channel.f_bound is None else None
+        known = channel.f if nominal else None
         unknown = [] if channel.disturbance == 0 else [channel.disturbance]
-        if known is None and channel.f_bound is not None and channel.f_bound != 0:
-            unknown.append(channel.f_bound)
+        # All that center performance knows of f is f*: as declared, else |f| itself.
+        bound = channel.f if channel.f_bound is None else channel.f_bound
+        if known is None and bound is not None and bound != 0:
+            unknown.append(bound if channel.f_bound is not None else sp.Abs(bound))
         lower, upper = channel.g_min, channel.g_bound
         if channel.g is not None:
             lower = channel.g if nominal or lower is None else lower

@@ -22,6 +22,7 @@ _EQUATIONS = {
     "T1.c": "(39)",
     "T1.gamma": "(39)",
     "T1'.gamma": "(39)",
+    "funnel": "docs/theory.md sections 2 and 4",
 }
 _TIGHT = ("tight", "tight.rate")
 _CHECKS = ("f_bound", "g_min", "g_bound")

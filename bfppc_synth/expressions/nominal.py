@@ -7,18 +7,42 @@ functions on statements, floats and intervals.
 from __future__ import annotations
 
 import math
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, TypeVar
 
 import sympy as sp
 
+from bfppc_synth.errors import EnvelopeError
 from bfppc_synth.expressions.evaluate import evaluate
 from bfppc_synth.expressions.taylor import Series, TaylorFunctions
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from bfppc_synth.expressions.evaluate import Functions
     from bfppc_synth.model.nominal import NominalModel
 
 T = TypeVar("T")
+
+
+class AlongCenterError(EnvelopeError):
+    """No value of f or g (``key``) of the channel ``index`` along the center.
+
+    The key is ``reference`` where it is that of the center itself.
+    """
+
+    def __init__(self, error: EnvelopeError, *, index: int, key: str) -> None:
+        self.index, self.key = index, key
+        super().__init__(str(error), subexpression=error.subexpression, fix=error.fix)
+
+
+@contextmanager
+def _placed(index: int, key: str) -> Iterator[None]:
+    """Say which channel has no value."""
+    try:
+        yield
+    except EnvelopeError as error:
+        raise AlongCenterError(error, index=index, key=key) from error
 
 
 def center_series(
@@ -59,9 +83,11 @@ def center_series(
         values = dict(zip(model.states, r, strict=False))
         ahead = functions.derivative(r[i])
         if f != 0:
-            ahead = functions.sub(ahead, evaluate(f, values, functions))
+            with _placed(i, "f"):
+                ahead = functions.sub(ahead, evaluate(f, values, functions))
         if g != 1:
-            ahead = functions.div(ahead, evaluate(g, values, functions))
+            with _placed(i, "g"):
+                ahead = functions.div(ahead, evaluate(g, values, functions))
         r.append(ahead)
     *center, v = r
     return tuple(center), v
@@ -96,9 +122,11 @@ def start_series(model: NominalModel, base: Functions[T], start: tuple[T, ...]) 
         for i in range(order - 1 - k):
             rate = x[i + 1]
             if model.g[i] != 1:
-                rate = functions.mul(evaluate(model.g[i], values, functions), rate)
+                with _placed(i, "g"):
+                    rate = functions.mul(evaluate(model.g[i], values, functions), rate)
             if model.f[i] != 0:
-                rate = functions.add(evaluate(model.f[i], values, functions), rate)
+                with _placed(i, "f"):
+                    rate = functions.add(evaluate(model.f[i], values, functions), rate)
             value = rate[k] if k < len(rate) else base.number(sp.S.Zero)
             if k > 0:
                 value = base.div(value, base.number(sp.Integer(k + 1)))

@@ -5,7 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from bfppc_synth.model.arithmetic import DEFAULT
+
 if TYPE_CHECKING:
+    from bfppc_synth.model.arithmetic import Arithmetic
     from bfppc_synth.model.bounds import (
         CenterBounds,
         ChainBounds,
@@ -32,6 +35,8 @@ class Design:
     theorem3, whose last stage everything else here is about (``signals`` are common to all);
     ``theorem1`` is there with that method only, ``nominal`` and
     ``nominal_split`` with that center only, ``tight`` and ``termwise`` with ``bounds: tight`` only.
+    ``arithmetic`` is what the code computes with: the certificate is about it, and in binary32
+    ``bounds`` contain its rounding.
     """
 
     spec: PlantSpec
@@ -51,3 +56,4 @@ class Design:
     nominal_split: NominalSplit | None = None
     tight: TightBounds | None = None
     termwise: Termwise | None = None
+    arithmetic: Arithmetic = DEFAULT

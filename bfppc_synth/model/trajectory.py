@@ -46,7 +46,8 @@ class Trajectory:
     and |u| over every step, also those that are no row. ``complete`` is false where the run
     diverged before its horizon. ``stage`` is the one in force at each row (theorem3, else
     None) and ``stages`` what each one came to; ``peak_e`` and ``half_widths`` are then those
-    of the last one reached.
+    of the last one reached. ``funnel_share`` is the largest share of the funnel that
+    |y - y_d| took, None where the file has none.
     """
 
     t: NDArray[np.float64]
@@ -64,6 +65,7 @@ class Trajectory:
     complete: bool = True
     stage: NDArray[np.int64] | None = None
     stages: tuple[StagePeaks, ...] = ()
+    funnel_share: float | None = None
 
     @property
     def max_abs_e(self) -> tuple[float, ...]:
@@ -82,8 +84,12 @@ class Trajectory:
 
     @property
     def within_bounds(self) -> bool:
-        """Whether the run ended at its horizon with every |e_i| <= p_i and |u| <= U_max."""
+        """Whether the run ended at its horizon with every |e_i| <= p_i and |u| <= U_max.
+
+        Where there is a funnel, it was not left either.
+        """
         inside = within(self.max_abs_e, self.half_widths)
+        inside = inside and within((self.funnel_share or 0.0,), (1.0,))
         inside = inside and all(stage.within_bounds for stage in self.stages)
         return self.complete and inside and within((self.max_abs_u,), (self.u_max,))
 
@@ -110,7 +116,7 @@ class RunSummary:
     """What one adversarial run came to; ``start`` is x(0), ``kind`` says who the adversary was.
 
     ``stages`` are those that a law in stages went through, else empty; ``max_abs_e`` is that
-    of the last one.
+    of the last one. ``funnel_share`` as in ``Trajectory``.
     """
 
     run: int
@@ -120,3 +126,4 @@ class RunSummary:
     max_abs_u: float
     within_bounds: bool
     stages: tuple[StagePeaks, ...] = ()
+    funnel_share: float | None = None

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from bfppc_synth.bounds.chain import ChainRules, Coupling, Division
 from bfppc_synth.bounds.formulas import chain_formulas, load_symbol
-from bfppc_synth.model.spec import BoundsKind, Form
+from bfppc_synth.model.spec import BoundsKind, CenterKind, Form
 from bfppc_synth.report.formulas import displayed, inline, number, with_numbers
 from bfppc_synth.report.numbers import look_up
 from bfppc_synth.report.theorem1 import theorem1_lines
@@ -163,6 +163,8 @@ def _row(
         last = look_up(document, ("order",)) == index + 1
         ahead = "v" if last else f"r_{{{index + 2}}}"
         meaning = _RESIDUAL.replace("{i}", f"{{{index + 1}}}").replace("{ahead}", ahead)
+    elif line.field == "G" and look_up(document, ("center",)) == str(CenterKind.NOMINAL):
+        meaning = rf"largest input gain $\overline{{g}}_{{{index + 1}}}$ where the states can go"
     return Row(
         symbol=inline(line.symbol),
         keys=keys,

@@ -92,12 +92,18 @@ def simulation_entry(
         "within_bounds": nominal.within_bounds,
         "share_of_p": _shares(reached, nominal.half_widths),
         "share_of_U": finite(input_share),
+        **_funnel(nominal.funnel_share),
         "horizon": finite(float(nominal.t[-1])),
         "steps": len(nominal.t) - 1,
         "statuses": sorted(set(nominal.status)),
         **peaks_entry(nominal.stages),
         "adversaries": _adversaries(design, adversaries),
     }
+
+
+def _funnel(share: float | None) -> dict[str, object]:
+    """Largest share of the funnel that |y - y_d| took; nothing where the file has none."""
+    return {} if share is None else {"share_of_funnel": finite(share)}
 
 
 def _shares(reached: Sequence[float], half_widths: Sequence[float]) -> list[float | None]:
@@ -113,11 +119,13 @@ def _adversaries(design: Design, runs: tuple[RunSummary, ...]) -> dict[str, obje
     reached = [largest([run.max_abs_e[i] for run in runs]) for i in numbers]
     # Runs may end in different stages: each error counts as a share of its own tube.
     shares = [largest([run.max_abs_e[i] / _width(design, run, i) for run in runs]) for i in numbers]
+    funnel = design.plant.funnel is not None
     return {
         "runs": len(runs),
         "max_abs_e": finites(reached),
         "max_abs_u": finite(largest([run.max_abs_u for run in runs])),
         "share_of_p": finites(shares),
+        **_funnel(largest([run.funnel_share or 0.0 for run in runs]) if funnel else None),
         "within_bounds": all(run.within_bounds for run in runs),
         "each": [
             {

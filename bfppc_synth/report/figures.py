@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bfppc_synth.model.certificate import Verdict
+from bfppc_synth.report.funnel import funnel_curves
 from bfppc_synth.report.numbers import constant
 from bfppc_synth.report.plots import Plot, plot
 
@@ -58,6 +59,7 @@ def _output(design: Design, nominal: Trajectory, rows: slice, units: dict[str, s
     series = (
         ("curve-1", f"output `{state}`", nominal.x[rows, 0]),
         ("curve-2 dashed", "reference $y_d$", nominal.y_d[rows]),
+        *funnel_curves(design, nominal, rows),
     )
     return plot(
         key="output",

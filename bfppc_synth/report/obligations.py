@@ -174,6 +174,7 @@ def _assumption(family: str, i: int) -> str:
         "g_min": rf"g_{{{i}}} \ge g_{{m,{i}}} > 0",
         "g_bound": rf"g_{{{i}}}^{{*}} \ge g_{{{i}}}",
         "limit": r"u_{\text{limit}} \ge U",
+        "funnel": r"\inf_t \left(F(t) - \sup \left|r_1 - y_d\right|\right) \ge p_1",
     }.get(family, "")
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.model.spec import Anchor, QuantizerKind, ReferenceKind, RhoKind
 from bfppc_synth.report.formulas import expression_latex, inline
+from bfppc_synth.report.funnel import funnel_promise
 from bfppc_synth.report.nominal import (
     derivatives_sentence,
     nominal_promise,
@@ -125,6 +126,7 @@ def promise(design: Design) -> tuple[str, ...]:
     lines = _performance_promise(design) if design.nominal is None else nominal_promise()
     return (
         *lines,
+        *funnel_promise(design),
         (
             r"Input. $\left|u\right| \le U$ = #bounds/U# at every time; the code clamps there, and "
             "within the assumptions the clamp is never reached."
@@ -225,6 +227,7 @@ def _converter(state: str, index: int) -> Requirement:
 
 
 def _timing(design: Design) -> tuple[Requirement, ...]:
+    numbers = "binary32" if design.arithmetic.single else "binary64"
     continuous = "0 means that the certificate is about a continuous law"
     period = continuous if design.conditions.hold == 0.0 else "jitter and lost samples included"
     return (
@@ -251,7 +254,7 @@ def _timing(design: Design) -> tuple[Requirement, ...]:
             what="Computer: longest run",
             value="#sampling/longest_run#",
             unit="s",
-            meaning="after this time the clock is too coarse in binary64 and the code holds its "
+            meaning=f"after this time the clock is too coarse in {numbers} and the code holds its "
             "command (status BAD_TIME): call `reset` before",
         ),
     )

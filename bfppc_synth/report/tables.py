@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.model.shapes import Theorem1Gain
 from bfppc_synth.model.spec import THEOREMS
+from bfppc_synth.report.code import code_entry
 from bfppc_synth.report.evidence import failures, inequality_entry, simulation_entry
 from bfppc_synth.report.nominal import feed_entry, nominal_entry
 from bfppc_synth.report.numbers import constant, finite, finites
 from bfppc_synth.report.requirements import (
+    arithmetic_entry,
     majorant_entries,
     measurement_entry,
     performance_entry,
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from bfppc_synth.model.bounds import CenterBounds
+    from bfppc_synth.model.cost import StepCost
     from bfppc_synth.model.design import Design
     from bfppc_synth.model.shapes import Gain
     from bfppc_synth.model.trajectory import RunSummary, Trajectory
@@ -35,7 +38,11 @@ CSV_ROWS = 2001
 
 
 def report_document(
-    design: Design, nominal: Trajectory, adversaries: tuple[RunSummary, ...]
+    design: Design,
+    nominal: Trajectory,
+    adversaries: tuple[RunSummary, ...],
+    *,
+    cost: StepCost | None = None,
 ) -> dict[str, object]:
     """Lay out report.json: every number that the page and the README show.
 
@@ -47,6 +54,8 @@ def report_document(
         The nominal run, arrays of N rows.
     adversaries : tuple[RunSummary, ...]
         The seeded adversarial runs, possibly none.
+    cost : StepCost, optional
+        Operations of one step of the generated code, for its section.
 
     Returns
     -------
@@ -104,6 +113,8 @@ def report_document(
         "assumptions": list(certificate.assumptions),
         "failures": list(failures(certificate)),
         "simulation": simulation_entry(design, nominal, adversaries),
+        **code_entry(design, cost),
+        **arithmetic_entry(design),
         "tool": {"version": version("bfppc-synth"), "plant_sha256": spec.sha256},
     }
 

@@ -126,6 +126,7 @@ def simulate_nominal(
         complete=finished.complete,
         stage=table.stage if stages else None,
         stages=stages,
+        funnel_share=finished.recorder.funnel_share,
     )
 
 
@@ -169,6 +170,7 @@ def simulate_adversaries(
             max_abs_u=finished.recorder.peak_u,
             within_bounds=_inside(design, finished),
             stages=_stage_peaks(design, finished),
+            funnel_share=finished.recorder.funnel_share,
         )
 
     return tuple(summary(number) for number in range(runs))
@@ -204,6 +206,7 @@ def _inside(design: Design, finished: Run) -> bool:
     recorder = finished.recorder
     widths = stage_widths(design)
     tube = all(within(peaks, widths[stage - 1]) for stage, peaks in recorder.peaks.items())
+    tube = tube and within((recorder.funnel_share or 0.0,), (1.0,))
     return finished.complete and tube and within((recorder.peak_u,), (design.bounds.U,))
 
 

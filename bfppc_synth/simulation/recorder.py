@@ -52,10 +52,18 @@ class Recorder:
         The reference of the time since the first sample.
     stride : int
         Keep every ``stride``-th row; 0 keeps none, only the maxima.
+    funnel : callable, optional
+        Bound on |y - y_d| at times (N,), or None.
     """
 
     def __init__(
-        self, step: float, tracking: Tracking, y_d: Callable[[float], float], *, stride: int
+        self,
+        step: float,
+        tracking: Tracking,
+        y_d: Callable[[float], float],
+        *,
+        stride: int,
+        funnel: Callable[[NDArray[np.float64]], NDArray[np.float64] | None] = lambda _t: None,
     ) -> None:
         self.rows: list[Row] = []
         self.peaks: dict[int, list[float]] = {}
@@ -64,6 +72,8 @@ class Recorder:
         self._tracking = tracking
         self._y_d = y_d
         self._stride = stride
+        self._funnel = funnel
+        self.funnel_share: float | None = None
         self._count = 0
         self._kept: list[Table] = []
 
@@ -108,6 +118,10 @@ class Recorder:
         for number in sorted(set(stage.tolist())):
             self.meet(number, abs(e[stage == number]).max(axis=0).tolist())
         self.peak_u = max(self.peak_u, float(abs(u).max()))
+        edge = self._funnel(np.array(t))
+        if edge is not None:
+            share = np.nan_to_num(abs(x[:, 0] - y_d) / edge, nan=sys.float_info.max).max()
+            self.funnel_share = max(self.funnel_share or 0.0, float(share))
         if self._stride:
             first = -self._count % self._stride
             pick = slice(first, length, self._stride)

@@ -123,4 +123,7 @@ def _shortest_time(design: Design) -> float:
     """
     bounds = design.bounds
     times = [xi / W for xi, W in zip(bounds.xi, bounds.W, strict=True) if W > 0.0]
+    if design.nominal is not None:
+        # A polynomial of degree 2n+1 takes some ten steps to be followed.
+        times.append(design.nominal.transition / (10.0 * _COARSEST))
     return min(times, default=math.inf)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
+from bfppc_synth.bounds.funnel_values import funnel_values
 from bfppc_synth.simulation.crossing import Crossing, Point
 from bfppc_synth.simulation.following import FollowingTracking
 from bfppc_synth.simulation.implicit import accuracy, make_solver
@@ -132,7 +134,13 @@ class _Loop:
         self.following = _following(design, nature, start)
         tracking = self.staged or self.following or Tracking(design, start)
         nature.begin(tracking)
-        self.recorder = Recorder(scheme.step, tracking, nature.y_d, stride=stride)
+        self.recorder = Recorder(
+            scheme.step,
+            tracking,
+            nature.y_d,
+            stride=stride,
+            funnel=partial(funnel_values, design.plant),
+        )
 
     def _measure(self, x: Sequence[float]) -> Sequence[float]:
         noise = self.action.noise

@@ -26,7 +26,6 @@ UNAVAILABLE: Final = (
     Unavailable(section="synthesis.objective", key="accuracy"),
     Unavailable(section="synthesis.objective", key="period"),
     Unavailable(section="synthesis.objective", key="resolution"),
-    Unavailable(section="performance", key="funnel"),
 )
 """What later versions bring: deleting a row here makes the reader read it."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import TYPE_CHECKING, Final
 
 from bfppc_synth.expressions.resolution import lower_bound, resolution, upper_bound
@@ -22,12 +23,13 @@ from bfppc_synth.spec.staging import check_stages, unused_stages
 from bfppc_synth.spec.theorem1 import check_theorem1, unused_theorem1
 
 if TYPE_CHECKING:
-    from fractions import Fraction
-
     from bfppc_synth.model.spec import QuantizerSpec, SynthesisSpec
     from bfppc_synth.spec.notebook import Notebook
 
 MOST_STEPS: Final = 50_000_000
+# What the controller's time axis holds, from its resolution to its end [s].
+LEAST_TRANSITION: Final = Fraction(1, 10**6)
+MOST_TRANSITION: Final = Fraction(10**6)
 
 
 def check_rules(book: Notebook, states: tuple[str, ...]) -> None:
@@ -149,6 +151,15 @@ def _check_nominal(book: Notebook, states: tuple[str, ...], synthesis: Synthesis
             "synthesis.anchor",
             "center nominal starts from what is measured, and the exact anchor from what is true",
             f"use `anchor: latched`, {other}",
+        )
+    transition = book.constant("performance.transition")
+    if transition is not None and not (
+        lower_bound(transition) >= LEAST_TRANSITION and upper_bound(transition) <= MOST_TRANSITION
+    ):
+        book.blame_path(
+            "performance.transition",
+            f"{transition.text} s is outside 1e-6 to 1e6 s, which a certificate covers",
+            "choose one from 1e-6 to 1e6 s, or leave it out, so that it is chosen",
         )
     reference, highest = build.build_reference(book), len(states) + 1
     needed = f"center nominal needs bounds on the reference and its first {highest} derivatives"

@@ -185,7 +185,7 @@ ADDED = [
     ),
     ("  rho: {x1: {kind: cosine, t_s: 1}}", "11:8:1", "performance.rho", "x2 is missing", "x2"),
     ("  rho: [{kind: cosine, t_s: 1}]", "11:8:24", "performance.rho", "1 entries for 2 states", ""),
-    ("  funnel: 2 + t", "11:3:6", "performance.funnel", "not available in this version", ""),
+    ("  funnel: 2 + x1", "11:15:2", "performance.funnel", "t alone", ""),
     ("reference: sin(x1)", "11:16:2", "reference", "t alone", "number"),
     ("reference: {value: 0, bound: 1}", "11:12:1", "reference", "rate is missing", ""),
     ("reference: {bounds: [1]}", "11:21:3", "reference.bounds", "at least 2", ""),

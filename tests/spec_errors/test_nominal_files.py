@@ -82,6 +82,24 @@ def test_what_center_nominal_does_not_cover_is_refused_with_its_place(
     assert "center: performance" in found[0].fix
 
 
+@pytest.mark.parametrize("duration", ["9.9e-7", "1000000.5", "1e7", "1e-300"])
+def test_a_transition_that_no_certificate_covers_is_refused(read, duration):
+    with pytest.raises(PlantFileError) as caught:
+        read(GOOD.replace("transition: 2", f"transition: {duration}"))
+    (mistake,) = caught.value.mistakes
+    assert (mistake.path, mistake.line, mistake.column) == ("performance.transition", 8, 43)
+    assert f"{duration} s is outside 1e-6 to 1e6 s" in mistake.message
+    assert "leave it out" in mistake.fix
+
+
+@pytest.mark.parametrize("duration", ["1e-6", "1e6"])
+def test_the_longest_and_the_shortest_transition_are_read(read, duration):
+    transition = read(
+        GOOD.replace("transition: 2", f"transition: {duration}")
+    ).performance.transition
+    assert transition.approximate == float(duration)
+
+
 @pytest.mark.parametrize(
     ("old", "new"),
     [

@@ -9,8 +9,8 @@ from bfppc_synth.gains.search import search
 from bfppc_synth.gains.terms import explained, nominal_split, sources
 from bfppc_synth.spec import availability
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import prepare
 from bfppc_synth.synthesis_nominal import prepare_nominal
+from bfppc_synth.synthesis_prepare import prepare
 
 PEAK_INPUT = Weights(peak_input=1.0, slope=0.01)
 MARGIN = 2e-4
@@ -19,9 +19,9 @@ parameters: {{a: [0.9, 1.1]}}
 states: [x1, x2]
 dynamics:
   x1: {{f: 0, g: {g}}}
-  x2: {{f: -a*sin(x1), g: 2}}
+  x2: {{f: "{f}", g: 2}}
 reference: {reference}
-initial: {{x1: 0.3, x2: 0}}
+initial: {{x1: {start}, x2: 0}}
 performance: {{accuracy: 0.05{transition}}}
 actuator: {{limit: {limit}}}
 synthesis: {{center: {center}{more}}}
@@ -42,6 +42,8 @@ def spec_of(tmp_path):
     def make(**changes):
         given = {
             "g": "1",
+            "f": "-a*sin(x1)",
+            "start": "0.3",
             "reference": "sin(t)",
             "transition": ", transition: 2",
             "limit": "100",
@@ -90,7 +92,15 @@ def solved(problem):
         ({"reference": "abs(sin(t))"}, "reference", "has a kink or a jump"),
         ({"g": '"2 + min(x1, 1)"'}, "dynamics.x1.g", "has a kink, a jump or an odd root"),
         ({"g": "2 + abs(x1)"}, "synthesis.center", "has a kink where x1 is 0"),
-        ({"g": "0.5 + x1"}, "synthesis.center", "may be 0 along the center"),
+        ({"g": "0.5 + x1"}, "dynamics.x1.g", "may be 0 along the center"),
+        ({"f": "1/(x1 - 0.6)"}, "dynamics.x2.f", "may be 0 along the center"),
+        ({"f": "log(x1)"}, "dynamics.x2.f", "the argument of a logarithm may be 0"),
+        # e^1000 is no number; e^300, which is one, has powers that are none.
+        ({"f": "exp(1000*x1)"}, "dynamics.x2.f", "along the center u would reach inf"),
+        ({"f": "exp(300*x1)"}, "dynamics.x2.f", "along the center u would reach 9.7"),
+        ({"reference": "1e120*sin(t)"}, "reference", "along the center x1 would reach 1e+120"),
+        ({"start": "1e150"}, "initial.x1", "1e+150 is beyond 1e+100"),
+        ({"start": "1e15"}, "performance.accuracy", "one unit in the last place of a x1 of 1e+15"),
     ],
 )
 def test_what_center_nominal_cannot_take_is_refused_at_its_place(spec_of, changes, path, message):
@@ -100,6 +110,21 @@ def test_what_center_nominal_cannot_take_is_refused_at_its_place(spec_of, change
     assert mistake.path == path
     assert message in mistake.message
     assert mistake.fix
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"f": "1/(x1 - 1.2)"},
+        {"f": "exp(100*x1)"},
+        {"start": "1e12"},
+        {"reference": "0.2*sin(sin(t))"},
+        {"reference": "0.1*(sin(t) + sin(sqrt(2)*t) + sin(sqrt(3)*t))"},
+    ],
+)
+def test_what_comes_close_is_taken(spec_of, changes):
+    problem = posed(spec_of(**changes))
+    assert problem.center.v < 1e100
 
 
 @pytest.mark.parametrize(

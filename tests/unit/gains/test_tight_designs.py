@@ -92,7 +92,7 @@ def given(tmp_path, k):
 
 
 def test_given_gains_that_termwise_refuses_may_be_certified_tight(tmp_path):
-    problem, finder = given(tmp_path, 45)
+    problem, finder = given(tmp_path, 55)
     plain = search(problem, silent)
     assert plain is not None
     assert not Judge(problem).accepts(plain)
@@ -104,8 +104,8 @@ def test_given_gains_that_termwise_refuses_may_be_certified_tight(tmp_path):
 
 
 def test_given_gains_that_are_too_small_stay_refused(tmp_path):
-    # sup of -4 x + 0.5 x^2 - dr on the walls is 4.107: k p = 4.1 is below.
-    problem, finder = given(tmp_path, 41)
+    # sup of |-4 x + 0.5 x^2| - s dr on the walls is 5.10: k p = 5.0 is below.
+    problem, finder = given(tmp_path, 50)
     found = search_tight(problem, finder, None, silent)
     assert found is not None
     assert not Judge(problem).accepts(found.evaluation)

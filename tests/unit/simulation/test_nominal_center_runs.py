@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -25,7 +26,7 @@ from bfppc_synth.simulation.loading import load_text
 from bfppc_synth.simulation.loop import simulate_adversaries, simulate_nominal
 from bfppc_synth.simulation.plant import compile_plant, modelled
 from bfppc_synth.simulation.references import sine
-from bfppc_synth.simulation.scheme import choose_scheme
+from bfppc_synth.simulation.scheme import Coverage, choose_scheme
 from bfppc_synth.simulation.tracking import Start
 from bfppc_synth.spec import availability
 from bfppc_synth.spec.load import load_spec
@@ -262,3 +263,63 @@ def test_a_supplied_sine_has_the_derivatives_of_its_value(made):
     assert still.derivatives(3.0) == (0.0, 0.0, 0.0)
     values = [still(s) for s in (0.0, 1.0, 2.0)]
     assert all(a == b == 0.0 for a, b in pairwise(values))
+
+
+def test_a_run_is_held_against_the_funnel(made):
+    starts = ("x1: [0.4, 0.6], x2: [-0.2, 0.2]", "x1: 0.5, x2: 0")
+    shares = {}
+    # |x_1(0) - y_d(0)| = 0.5 at first: the whole of the second funnel, twice the third.
+    for funnel in ("1.0", "0.5", "0.25"):
+        given = ("transition: 2}", f"transition: 2, funnel: {funnel} + 0.2*t/(1 + t)}}")
+        design = made(starts, given)
+        run = simulate_nominal(design, _controller(design))
+        assert run.within_bounds == (funnel != "0.25")
+        (first, *_) = simulate_adversaries(design, _controller(design), runs=1)
+        assert first.within_bounds == (funnel != "0.25")
+        assert first.funnel_share == pytest.approx(run.funnel_share, abs=0.2)
+        shares[funnel] = run.funnel_share
+    assert shares["0.5"] == pytest.approx(1.0, rel=1e-12)
+    assert shares["0.25"] == pytest.approx(2.0, rel=1e-12)
+    assert 0.499 <= shares["1.0"] < 0.6
+    design = made()
+    assert simulate_nominal(design, _controller(design)).funnel_share is None
+
+
+def test_steps_that_pass_over_the_transition_prove_nothing(made):
+    design = made(*CONTINUOUS)
+    assert choose_scheme(design).coverage is Coverage.COVERED
+    # Ten steps of 1 ms for the transition, and a few less.
+    for duration, coverage in ((0.0101, Coverage.COVERED), (0.0099, Coverage.NOT_COVERED)):
+        short = replace(design, nominal=nominal_model(design.plant, duration))
+        assert choose_scheme(short).coverage is coverage
+
+
+def test_one_adversary_of_six_pushes_the_error_that_is_nearest_to_its_bound(made):
+    design = made()
+    dynamics = compile_plant(modelled(design.plant))
+    nature = Adversary(design, dynamics, choose_scheme(design), seed=1, run=5)
+    assert nature.kind.startswith("pushes the error nearest to its bound outward")
+    nature.act(0, 0.0, nature.start)
+    tracking = _follow(design)
+    nature.begin(tracking)
+    ((r_1, r_2),) = tracking.center([1.0], np.zeros(1)).tolist()
+    # |e| / p: 0.2 and then, with e_2 = d + 10 e_1, the second or the first is nearer.
+    for d, nearest in (((0.02, 0.1), 1.0), ((-0.02, 0.25), -1.0), ((-0.02, 0.6), 1.0)):
+        e = tracking.now(1.0, (r_1 + d[0], r_2 + d[1]), math.nan)
+        shares = [a / p for a, p in zip(e, design.omega, strict=True)]
+        assert math.copysign(1.0, max(shares, key=abs)) == nearest
+        action = nature.act(1000, 1.0, (r_1 + d[0], r_2 + d[1]))
+        # The disturbance of the second channel goes the same way, the noise the other.
+        assert action.arguments[2] == nearest
+        assert action.noise == (-nearest * 0.0002, -nearest * 0.0002)
+
+
+def test_center_performance_keeps_its_five_adversaries(design_of):
+    design = design_of(({"f": sp.Integer(0)}, {"f": sp.Integer(0)}))
+    dynamics = compile_plant(design.plant)
+    kinds = [
+        Adversary(design, dynamics, choose_scheme(design), seed=1, run=run).kind
+        for run in range(10)
+    ]
+    assert len({kind.partition(";")[0] for kind in kinds[:5]}) == 5
+    assert not any("nearest" in kind for kind in kinds)
