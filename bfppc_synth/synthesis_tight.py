@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 from bfppc_synth.bounds.funnel import require_signals
 from bfppc_synth.bounds.tight_bounds import tight_search
 from bfppc_synth.errors import EnvelopeError, Mistake, PlantFileError
+from bfppc_synth.gains.diagnose import no_design
 from bfppc_synth.gains.evaluation import Evaluation, Judge
-from bfppc_synth.gains.problem import is_free
+from bfppc_synth.gains.problem import Weights, is_free
 from bfppc_synth.gains.search import search
 from bfppc_synth.gains.tight import repaired, search_tight
 from bfppc_synth.gains.tight_repair import Candidate, Widening
@@ -47,7 +48,7 @@ def synthesize_tight(
     signals: SignalBounds,
     margins: tuple[float, ...],
     progress: Callable[[str], None],
-) -> Tightened | None:
+) -> Tightened:
     """Find gains by tight bounds and prove them; writes nothing.
 
     Parameters
@@ -63,11 +64,13 @@ def synthesize_tight(
 
     Returns
     -------
-    Tightened or None
-        With its certificate, whatever it says; None where no gains were found.
+    Tightened
+        With its certificate, whatever it says.
 
     Raises
     ------
+    NoDesignError
+        No gains were found, or none within the actuator limit.
     PlantFileError
         The center has no enclosure over cells of time and starts.
 
@@ -79,16 +82,19 @@ def synthesize_tight(
     plain = search(problem, progress)
     try:
         found = search_tight(problem, finder, plain if free else None, progress)
+        least = None
+        if found is None and problem.limit is not None:
+            least = _unlimited(problem, finder, progress)
+            found = None if least is None else search_tight(problem, finder, least, progress)
     except EnvelopeError as error:
         raise _not_enclosed(problem, error) from error
     if found is None:
-        return None
+        raise no_design(problem, free=free, least=least)
     alone = plain is not None and Judge(problem).accepts(plain)
     peak = plain.bounds.U if plain is not None and alone else None
     widening, best = Widening.none(problem.order), found
     left = list(margins[1:])
-    certificate: Certificate | None = None
-    for _ in range(_ATTEMPTS):
+    for attempt in range(1, _ATTEMPTS + 1):
         progress("proving")
         certificate = proved(problem, best.evaluation)
         require_signals(problem.plant, certificate.failures)
@@ -97,7 +103,8 @@ def synthesize_tight(
         if any(not entry.holds for entry in certificate.assumption_checks):
             break
         wider = _widened(widening, best, problem, certificate)
-        if wider is None and (not left or not free):
+        # What is returned is what was proved last.
+        if attempt == _ATTEMPTS or (wider is None and (not left or not free)):
             break
         if wider is None:
             problem = replace(problem, margin=left.pop(0))
@@ -109,14 +116,21 @@ def synthesize_tight(
         if again is None:
             break
         best = again
-    if certificate is None:
-        return None
     return Tightened(
         problem=problem,
         evaluation=best.evaluation,
         termwise=replace(best.termwise, U=peak),
         certificate=certificate,
     )
+
+
+def _unlimited(
+    problem: DesignProblem, finder: TightSearch, progress: Callable[[str], None]
+) -> Evaluation | None:
+    """Search the least peak input without the limit: a start within it, or what to tell."""
+    free = replace(problem, limit=None, weights=Weights(peak_input=1.0, slope=0.01))
+    found = search_tight(free, finder, search(free, progress), progress)
+    return None if found is None else found.evaluation
 
 
 def finder_of(problem: DesignProblem, signals: SignalBounds) -> TightSearch:
