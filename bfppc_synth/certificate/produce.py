@@ -237,7 +237,7 @@ def _proof(obligation: Obligation) -> dict[str, Any]:
         leaves = [goal.leaf for goal in obligation.pointwise]
         direct = trees == leaves
         return {"kind": "eval"} if direct else {"kind": "bisect", "trees": trees}
-    if any(goal.witness(200) for goal in obligation.pointwise):
+    if not obligation.corner or any(goal.witness(200) for goal in obligation.pointwise):
         return {"kind": obligation.proof}
-    trees = find_trees(obligation.corner) if obligation.corner else None
+    trees = find_trees(obligation.corner)
     return {"kind": obligation.proof} if trees is None else {"kind": "corner", "trees": trees}

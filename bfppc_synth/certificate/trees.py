@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import heapq
 from typing import TYPE_CHECKING
 
 from bfppc_synth.certificate import checker
@@ -40,24 +41,34 @@ def as_text(tree: Sequence[int]) -> str:
 def find_tree(goal: Goal, budget: int = BUDGET) -> list[int] | None:
     """Search a bisection tree that proves ``goal.node <= 0``; None where none is found.
 
+    The worst part is cut first, so that a false claim is found out early.
+
     Returns
     -------
     list[int] or None
         Pre-order: the dimension that is cut at its middle, or -1 for a leaf.
     """
     tape, box = goal.tape(goal.node)
+    first = tape.bound(box)
+    parts, bounds = [box], [first]
+    cuts: dict[int, tuple[int, int]] = {}
+    heap = [(-first.upper, 0)]
+    while heap[0][0] < 0:
+        _, number = heapq.heappop(heap)
+        bound = bounds[number]
+        if len(parts) > budget or bound.sample > 0 or not bound.cuts:
+            return None
+        cuts[number] = (bound.cuts[0], len(parts))
+        for part in checker.halves(parts[number], bound.cuts[0]):
+            found = tape.bound(part)
+            heapq.heappush(heap, (-found.upper, len(parts)))
+            parts.append(part)
+            bounds.append(found)
     tree: list[int] = []
-    stack = [box]
+    stack = [0]
     while stack:
-        if len(tree) > budget:
-            return None
-        part = stack.pop()
-        bound = tape.bound(part)
-        if bound.upper <= 0:
-            tree.append(-1)
-        elif bound.sample > 0 or not bound.cuts:
-            return None
-        else:
-            tree.append(bound.cuts[0])
-            stack += reversed(checker.halves(part, bound.cuts[0]))
+        dimension, child = cuts.get(stack.pop(), (-1, 0))
+        tree.append(dimension)
+        if dimension >= 0:
+            stack += [child + 1, child]
     return tree
