@@ -12,7 +12,7 @@ PRINTED := $(sort $(wildcard examples/*_printed.yaml))
 EXAMPLES := $(filter-out $(PRINTED),$(sort $(wildcard examples/*.yaml)))
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test test-all bench generated figures install tools clean
+.PHONY: demo test test-all bench centers tight generated figures install tools clean
 
 demo: install
 	@$(BIN)/bfppc-synth examples/paper_example_2.yaml --out build/paper_example_2
@@ -23,7 +23,7 @@ test: install tools
 	@$(LANE) types $(BIN)/mypy --no-error-summary
 	@$(LANE) imports $(BIN)/lint-imports >build/imports.log || { cat build/imports.log; exit 1; }
 	@tail -n 1 build/imports.log
-	@$(BIN)/python -m pytest
+	@$(BIN)/python -m pytest -n auto --dist worksteal
 
 # The same tests with ten times the random cases.
 test-all: export BFPPC_TESTS := all
@@ -31,6 +31,13 @@ test-all: test
 
 bench: install
 	@$(BIN)/python benchmarks/bench_speed.py
+
+centers: install
+	@$(BIN)/python benchmarks/compare_centers.py
+
+# docs/tight.md: every plant by termwise and by tight bounds; some minutes.
+tight: install
+	@$(BIN)/python benchmarks/bench_tight.py
 
 generated: install
 	@set -e; for plant in $(EXAMPLES); do $(BIN)/bfppc-synth $$plant --quiet; done

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from bfppc_synth.errors import UsageError
+from bfppc_synth.model.arithmetic import Mathematics, Real
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,7 +27,13 @@ Plant = Annotated[Path, typer.Argument(metavar="PLANT", help="The plant file.")]
 Out = Annotated[Path | None, typer.Option(metavar="DIR", help="Where to write [generated/NAME].")]
 Allow = Annotated[bool, typer.Option("--allow-uncertified", help="Write without a certificate.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace the folder of another plant.")]
-Hidden = Annotated[str, typer.Option(hidden=True)]
+Numbers = Annotated[
+    Real, typer.Option("--real", help="Numbers of the code: binary64, or binary32 if it is enough.")
+]
+Functions = Annotated[
+    Mathematics,
+    typer.Option("--math", help="tanh, sin, cos, exp of the libm, or the code's own everywhere."),
+]
 Horizon = Annotated[float | None, typer.Option(metavar="SECONDS", help="Length of the run.")]
 Start = Annotated[list[str] | None, typer.Option(metavar="x1=1.5,x2=0", help="Initial state.")]
 Starts = Annotated[

@@ -49,6 +49,8 @@ def package(
     """
     from importlib.resources import files as resource_files
 
+    from bfppc_synth.codegen.cost import step_cost
+    from bfppc_synth.codegen.law import build_law
     from bfppc_synth.report.render import render_html, render_readme
     from bfppc_synth.report.tables import report_document, trajectory_csv
     from bfppc_synth.spec.canonical import plant_json
@@ -57,7 +59,9 @@ def package(
     code = generated_code(design)
     progress("simulating")
     evidence = simulate_design(design, controller=code["controller.py"])
-    document = report_document(design, evidence.nominal, evidence.adversaries)
+    code |= golden_vectors(design, code["controller.py"], evidence.nominal)
+    cost = step_cost(build_law(design))
+    document = report_document(design, evidence.nominal, evidence.adversaries, cost=cost)
     progress("writing the report")
     texts = {
         "README.md": render_readme(document),
@@ -85,6 +89,24 @@ def generated_code(design: Design) -> dict[str, str]:
 
     law, provenance = build_law(design), make_provenance(design)
     return {"controller.py": render_controller(law, provenance), **render_c(law, provenance)}
+
+
+def golden_vectors(design: Design, controller: str, nominal: Trajectory) -> dict[str, str]:
+    """Let the generated controller answer samples of its nominal run: the C tests replay them."""
+    from bfppc_synth.codegen.choosing import make_samples, through_switches
+    from bfppc_synth.codegen.law import build_law
+    from bfppc_synth.codegen.provenance import make_provenance
+    from bfppc_synth.codegen.vectors import PATH, answer, render_vectors
+    from bfppc_synth.simulation.loading import load_text
+    from bfppc_synth.simulation.samples import nominal_samples
+
+    law = build_law(design)
+    module = load_text(controller, name="answering_controller", origin="controller.py")
+    run = nominal_samples(design, nominal)
+    if law.switching is not None:
+        run = through_switches(module, run)
+    vectors = answer(law, module, make_samples(law, run))
+    return {PATH: render_vectors(law, make_provenance(design), vectors)}
 
 
 def simulate_design(

@@ -17,9 +17,10 @@ from bfppc_synth.arguments import (
     Allow,
     Folder,
     Force,
-    Hidden,
+    Functions,
     Horizon,
     Json,
+    Numbers,
     Out,
     Plant,
     Quiet,
@@ -33,6 +34,7 @@ from bfppc_synth.arguments import (
     require_folder,
 )
 from bfppc_synth.errors import UsageError
+from bfppc_synth.model.arithmetic import Arithmetic, Mathematics, Real
 from bfppc_synth.voice import Voice
 
 if TYPE_CHECKING:
@@ -75,8 +77,8 @@ def synth(
     out: Out = None,
     allow_uncertified: Allow = False,
     force: Force = False,
-    real: Hidden = "double",
-    math: Hidden = "libm",
+    real: Numbers = Real.DOUBLE,
+    math: Functions = Mathematics.LIBM,
     as_json: Json = False,
     quiet: Quiet = False,
     seed: Seed = None,
@@ -85,11 +87,6 @@ def synth(
     voice = Voice(as_json=as_json, quiet=quiet)
 
     def work() -> int:
-        for option, value, only in (("--real", real, "double"), ("--math", math, "libm")):
-            if value != only:
-                raise UsageError(
-                    f"{option} {value} is not available in this version; fix: {option} {only}"
-                )
         from bfppc_synth import pipeline
 
         doubtful, existing = pipeline.Uncertified, pipeline.Overwrite
@@ -99,6 +96,7 @@ def synth(
                 uncertified=doubtful.WRITE if allow_uncertified else doubtful.REFUSE,
                 overwrite=existing.FORCE if force else existing.REFUSE,
                 seed=seed,
+                arithmetic=Arithmetic(real=real, mathematics=math),
                 progress=progress,
             )
             outcome = pipeline.run(plant, options)

@@ -164,6 +164,11 @@ def claims_of(obligations: Obligations, forms: Mapping[str, str]) -> tuple[Claim
             f"{problem.name}: claims of center {problem.center} are not available in this"
             " version; fix: export a design of center performance"
         )
+    if problem.bounds == "tight":
+        raise UsageError(
+            f"{problem.name}: claims of bounds tight are not available in this version; fix:"
+            " export a design of `bounds: termwise`"
+        )
     expected = checker.expected_claims(obligations, list(forms))
     chain = Chain(obligations)
     claims: list[Claim] = []

@@ -14,11 +14,13 @@ from typing import TYPE_CHECKING
 from bfppc_synth.artifacts import package, simulate_design
 from bfppc_synth.codegen.package import Overwrite, may_write, write_folder
 from bfppc_synth.errors import BfppcError, NotCertifiedError, UsageError
+from bfppc_synth.model.arithmetic import DEFAULT
 from bfppc_synth.model.certificate import Verdict
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from bfppc_synth.model.arithmetic import Arithmetic
     from bfppc_synth.model.design import Design
 
 __all__ = [
@@ -62,6 +64,7 @@ class Options:
     uncertified: Uncertified = Uncertified.REFUSE
     overwrite: Overwrite = Overwrite.REFUSE
     seed: int | None = None
+    arithmetic: Arithmetic = DEFAULT
     progress: Callable[[str], None] = _silent
 
 
@@ -108,7 +111,7 @@ def run(path: Path, options: Options) -> Outcome:
     may_write(folder, name=spec.name, overwrite=options.overwrite)
     from bfppc_synth.synthesis import synthesize
 
-    design = synthesize(spec, progress=options.progress)
+    design = synthesize(spec, progress=options.progress, arithmetic=options.arithmetic)
     certified = design.certificate.verdict is Verdict.CERTIFIED
     if not certified and options.uncertified is Uncertified.REFUSE:
         raise NotCertifiedError(_refusal(design))

@@ -6,64 +6,57 @@ import json
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from bfppc_synth.bounds.admission import admit, misplaced_term, refused_reference
-from bfppc_synth.bounds.funnel import require_funnel, require_signals
-from bfppc_synth.bounds.representable import require_representable
+from bfppc_synth.bounds.funnel import require_signals
 from bfppc_synth.bounds.signals import (
-    bound_signals,
     conditions,
-    performance_center,
-    printed_center,
 )
-from bfppc_synth.errors import EnvelopeError, UsageError
-from bfppc_synth.expressions.symbolic import build_plant
+from bfppc_synth.errors import UsageError
 from bfppc_synth.gains.diagnose import no_design
 from bfppc_synth.gains.evaluation import Evaluation, Judge
-from bfppc_synth.gains.methods.theorem2 import Theorem2, Theorem2Printed
-from bfppc_synth.gains.methods.theorem3 import stage_demands, staged
-from bfppc_synth.gains.methods.unified import Unified
 from bfppc_synth.gains.period import largest_period
-from bfppc_synth.gains.problem import DesignProblem, Weights, fixed_gains, is_free
+from bfppc_synth.gains.problem import DesignProblem, is_free
 from bfppc_synth.gains.search import search
 from bfppc_synth.gains.terms import explained, nominal_split
-from bfppc_synth.majorants.derive import derive_majorants
-from bfppc_synth.model.certificate import Certificate, Inequality, Verdict
+from bfppc_synth.model.arithmetic import DEFAULT
+from bfppc_synth.model.certificate import Certificate, Verdict
 from bfppc_synth.model.design import Design
 from bfppc_synth.model.shapes import Shape
-from bfppc_synth.model.spec import CenterKind, Form, Method, Objective
-from bfppc_synth.synthesis_nominal import prepare_nominal
+from bfppc_synth.model.spec import BoundsKind, CenterKind, Form, Method
+from bfppc_synth.synthesis_arithmetic import read_arithmetic, require_arithmetic
+from bfppc_synth.synthesis_nominal import around_performance
+from bfppc_synth.synthesis_prepare import MARGINS, prepare, problem_of_theorem1
+from bfppc_synth.synthesis_proof import judged_in_floats, proved
+from bfppc_synth.synthesis_rounding import (
+    found_with_room,
+    rounded_evaluation,
+    with_own_rounding,
+)
 from bfppc_synth.synthesis_theorem1 import (
-    prepare_theorem1,
     read_proof,
     restore_theorem1,
     synthesize_theorem1,
 )
+from bfppc_synth.synthesis_tight import restored_tight, synthesize_tight
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from bfppc_synth.gains.methods.demands import Theorem
-    from bfppc_synth.gains.theorem1.problem import Theorem1Problem
+    from bfppc_synth.model.arithmetic import Arithmetic
     from bfppc_synth.model.bounds import SignalBounds
     from bfppc_synth.model.spec import PlantSpec
-
-# Relative room of the rounded inequalities; widened where the checker finds it too thin.
-MARGINS = (2e-4, 2e-3, 2e-2)
-# What an objective adds of the other quantity: 1 % of U buys orders of magnitude of slope.
-SIDE_WEIGHT = 0.01
-LEADING = {
-    Objective.PEAK_INPUT: Weights(peak_input=1.0, slope=SIDE_WEIGHT),
-    Objective.SLOPE: Weights(peak_input=SIDE_WEIGHT, slope=1.0),
-    Objective.BALANCED: Weights(peak_input=1.0, slope=1.0),
-}
 
 
 def _silent(message: str) -> None:
     del message
 
 
-def synthesize(spec: PlantSpec, *, progress: Callable[[str], None] = _silent) -> Design:
+def synthesize(
+    spec: PlantSpec,
+    *,
+    progress: Callable[[str], None] = _silent,
+    arithmetic: Arithmetic = DEFAULT,
+) -> Design:
     """Find gains, prove them, and return the design; writes nothing.
 
     Parameters
@@ -72,6 +65,8 @@ def synthesize(spec: PlantSpec, *, progress: Callable[[str], None] = _silent) ->
         A checked plant file.
     progress : callable
         Receives one sentence per stage.
+    arithmetic : Arithmetic
+        What the generated code computes with.
 
     Returns
     -------
@@ -84,14 +79,38 @@ def synthesize(spec: PlantSpec, *, progress: Callable[[str], None] = _silent) ->
         A bound breaks down on the smallest box, or the reference cannot be enclosed.
     NoDesignError
         Something is free and nothing was found, or the actuator limit is exceeded.
+    UsageError
+        The arithmetic is not one that the plant file's method or functions allow.
     """
+    require_arithmetic(spec, arithmetic)
     if spec.synthesis.method is Method.THEOREM1:
-        return synthesize_theorem1(_of_theorem1(spec), MARGINS, progress)
-    problem, signals = prepare(spec, progress)
+        return synthesize_theorem1(problem_of_theorem1(spec), MARGINS, progress, arithmetic)
+    problem, signals = prepare(spec, progress, arithmetic=arithmetic)
+    if arithmetic.single:
+        found, certificate = found_with_room(problem, lambda room: _searched(room, progress))
+        problem = with_own_rounding(problem, found.shapes, found.half_widths)
+        own = Judge(problem).evaluate(found.shapes, found.half_widths, found.alternative)
+        return _design(problem, signals, own or found, certificate)
+    if spec.synthesis.bounds is BoundsKind.TIGHT:
+        tightened = synthesize_tight(problem, signals, MARGINS, progress)
+        if tightened is None:
+            raise no_design(problem, free=is_free(problem))
+        design = _design(tightened.problem, signals, tightened.evaluation, tightened.certificate)
+        return replace(design, termwise=tightened.termwise)
+    candidate, judged = _searched(problem, progress)
+    if candidate is None or judged is None:
+        raise no_design(problem, free=is_free(problem))
+    return _design(problem, signals, candidate, judged)
+
+
+def _searched(
+    problem: DesignProblem, progress: Callable[[str], None]
+) -> tuple[Evaluation | None, Certificate | None]:
+    """Search with more and more room until the checker is content."""
     free = is_free(problem)
     found: Evaluation | None = None
     certificate: Certificate | None = None
-    printed = spec.synthesis.form is Form.PRINTED
+    printed = problem.plant.spec.synthesis.form is Form.PRINTED
     # A fixed step of the paper may hold with equality.
     for margin in (MARGINS[0], 0.0) if printed else MARGINS:
         problem = replace(problem, margin=margin)
@@ -101,63 +120,17 @@ def synthesize(spec: PlantSpec, *, progress: Callable[[str], None] = _silent) ->
                 continue
             break
         if printed:
-            certificate = _judged_in_floats(problem, found)
+            certificate = judged_in_floats(problem, found)
             break
         progress("proving")
-        certificate = _proved(problem, found)
+        found = rounded_evaluation(problem, found)
+        certificate = proved(problem, found)
         require_signals(problem.plant, certificate.failures)
         thin = certificate.verdict is not Verdict.CERTIFIED and free
         if not thin or any(not entry.holds for entry in certificate.assumption_checks):
             break
         progress("a margin was too thin: rounding again")
-    if found is None or certificate is None:
-        raise no_design(problem, free=free)
-    return _design(problem, signals, found, certificate)
-
-
-def prepare(
-    spec: PlantSpec,
-    progress: Callable[[str], None] = _silent,
-    *,
-    transition: float | None = None,
-) -> tuple[DesignProblem, SignalBounds]:
-    """Build the plant, its majorants and signal bounds, and the problem to solve."""
-    if spec.synthesis.center is CenterKind.NOMINAL:
-        return prepare_nominal(spec, _weights(spec), MARGINS[0], progress, transition=transition)
-    progress("bounding the plant")
-    plant = build_plant(spec)
-    require_representable(plant)
-    try:
-        signals = bound_signals(plant)
-        printed = spec.synthesis.form is Form.PRINTED
-        center = (printed_center if printed else performance_center)(plant, signals)
-    except EnvelopeError as error:
-        raise refused_reference(plant, error) from error
-    try:
-        majorants = derive_majorants(plant)
-    except EnvelopeError as error:
-        raise misplaced_term(plant, error) from error
-    admit(plant, majorants, center)
-    require_funnel(plant)
-    accuracy = spec.performance.accuracy
-    if accuracy is None:
-        raise UsageError("performance.accuracy is required in this version")
-    problem = DesignProblem(
-        plant=plant,
-        majorants=majorants,
-        center=center,
-        conditions=conditions(spec),
-        theorem=_theorem(spec),
-        accuracy=accuracy.approximate,
-        half_widths=tuple(None if p is None else p.approximate for p in spec.synthesis.p),
-        gains=tuple(fixed_gains(gains) for gains in spec.synthesis.gains),
-        weights=_weights(spec),
-        limit=None if spec.actuator.limit is None else spec.actuator.limit.approximate,
-        margin=MARGINS[0],
-    )
-    if spec.synthesis.method is Method.THEOREM3:
-        problem = staged(problem, signals, spec.synthesis)
-    return problem, signals
+    return found, certificate
 
 
 def restore(folder: Path) -> Design:
@@ -172,94 +145,35 @@ def restore(folder: Path) -> Design:
 
     try:
         document: dict[str, Any] = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+        arithmetic = read_arithmetic(document)
         if document["method"] == Method.THEOREM1:
-            problem_1 = _of_theorem1(load_spec(folder / "plant.yaml"))
-            return restore_theorem1(problem_1, document, folder)
+            problem_1 = problem_of_theorem1(load_spec(folder / "plant.yaml"))
+            return replace(restore_theorem1(problem_1, document, folder), arithmetic=arithmetic)
         shapes = tuple(
             Shape(k=g["k"], M=g["M"], epsilon=g["epsilon"], c=g["c"], N=g["N"])
             for g in document["gains"]
         )
         widths = tuple(float(p) for p in document["omega"]["p"])
         verdict = Verdict(document["status"])
-        proved = read_proof(folder)
+        proof = read_proof(folder)
+        tight, termwise = restored_tight(document)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise UsageError(
             f"{folder}: not a generated folder ({type(error).__name__}: {error}); fix: name a"
             " folder that bfppc-synth wrote"
         ) from error
     spec = load_spec(folder / "plant.yaml")
-    problem, signals = prepare(spec, transition=document["performance"].get("transition"))
-    found = Judge(problem).best(shapes, widths)
+    if document["center"] == CenterKind.PERFORMANCE:
+        spec = around_performance(spec)
+    problem, signals = prepare(
+        spec, transition=document["performance"].get("transition"), arithmetic=arithmetic
+    )
+    problem = with_own_rounding(problem, shapes, widths)
+    found = Judge(problem).best(shapes, widths, tight)
     if found is None or len(shapes) != spec.order:
         raise UsageError(f"{folder}: the gains of report.json do not fit plant.yaml")
-    certificate = replace(_judged_in_floats(problem, found), verdict=verdict, document=proved)
-    return _design(problem, signals, found, certificate)
-
-
-def _of_theorem1(spec: PlantSpec) -> Theorem1Problem:
-    try:
-        return prepare_theorem1(spec, _weights(spec), MARGINS[0])
-    except EnvelopeError as error:
-        raise misplaced_term(build_plant(spec), error) from error
-
-
-def _theorem(spec: PlantSpec) -> Theorem:
-    if spec.synthesis.form is Form.PRINTED:
-        return Theorem2Printed()
-    return Theorem2() if spec.synthesis.method is Method.THEOREM2 else Unified()
-
-
-def _weights(spec: PlantSpec) -> Weights:
-    objective = spec.synthesis.objective
-    if len(objective) == 1:
-        return LEADING[objective[0][0]]
-    given = dict(objective)
-    both = given.get(Objective.BALANCED, 0.0)
-    peak = given.get(Objective.PEAK_INPUT, 0.0) + both
-    slope = given.get(Objective.SLOPE, 0.0) + both
-    least = SIDE_WEIGHT * max(peak, slope)
-    return Weights(peak_input=max(peak, least), slope=max(slope, least))
-
-
-def _proved(problem: DesignProblem, found: Evaluation) -> Certificate:
-    from bfppc_synth.certificate.produce import judge, produce_certificate, tool_name
-    from bfppc_synth.spec.canonical import plant_json
-
-    document = json.loads(plant_json(problem.plant.spec))
-    produced = produce_certificate(
-        document,
-        found.shapes,
-        found.half_widths,
-        tool=tool_name(),
-        stages=() if problem.staging is None else problem.staging.stages,
-        transition=None if problem.nominal is None else problem.nominal.model.transition,
-    )
-    return judge(document, produced)
-
-
-def _judged_in_floats(problem: DesignProblem, found: Evaluation) -> Certificate:
-    """Every inequality as evaluated in floats, where nothing can be certified or all of it is."""
-    printed = problem.plant.spec.synthesis.form is Form.PRINTED
-    names = problem.plant.spec.states
-    inequalities = tuple(
-        Inequality(
-            id=f"{demand.name}[{names[demand.step]}]",
-            equation=demand.equation,
-            lhs=(demand.lhs, demand.lhs),
-            rhs=(demand.rhs, demand.rhs),
-            holds=demand.lhs >= demand.rhs,
-        )
-        for demand in (*stage_demands(problem), *found.demands)
-    )
-    failed = (entry for entry in inequalities if not entry.holds)
-    failures = (
-        *(("the printed form of the paper is never certified",) if printed else ()),
-        *(f"{e.id} {e.equation}: {e.lhs[0]:.6g} is not above {e.rhs[0]:.6g}" for e in failed),
-    )
-    verdict = Verdict.PRINTED if printed else Verdict.UNDECIDED
-    return Certificate(
-        verdict=verdict, inequalities=inequalities, assumptions=(), failures=failures
-    )
+    certificate = replace(judged_in_floats(problem, found), verdict=verdict, document=proof)
+    return replace(_design(problem, signals, found, certificate), termwise=termwise)
 
 
 def _design(
@@ -282,15 +196,19 @@ def _design(
         majorants=problem.majorants,
         signals=signals,
         center=problem.center,
-        conditions=problem.conditions,
+        conditions=conditions(spec),
         gains=found.shapes,
         omega=found.half_widths,
         bounds=found.bounds,
         certificate=replace(certificate, inequalities=tuple(entries)),
         largest_certified_period=(
-            largest_period(problem, found.shapes, found.half_widths) if periodic else 0.0
+            largest_period(problem, found.shapes, found.half_widths, found.tight)
+            if periodic
+            else 0.0
         ),
         stages=() if problem.staging is None else problem.staging.stages,
         nominal=None if problem.nominal is None else problem.nominal.model,
         nominal_split=nominal_split(problem, found),
+        tight=found.tight,
+        arithmetic=problem.arithmetic,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bfppc_synth.bounds.admission import admit, misplaced_term
@@ -18,20 +19,21 @@ from bfppc_synth.gains.methods.unified import Unified
 from bfppc_synth.gains.problem import DesignProblem, fixed_gains
 from bfppc_synth.gains.transition import choose_transition
 from bfppc_synth.majorants.derive import derive_majorants
-from bfppc_synth.model.spec import Anchor, Method, ReferenceKind
+from bfppc_synth.model.spec import Anchor, CenterKind, Method, ReferenceKind
+from bfppc_synth.spec.build import DEFAULT_HORIZON
 from bfppc_synth.spec.rules import LEAST_TRANSITION, MOST_TRANSITION
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from bfppc_synth.gains.problem import Weights
-    from bfppc_synth.model.bounds import SignalBounds
+    from bfppc_synth.model.bounds import CenterBounds, Majorants, SignalBounds
     from bfppc_synth.model.plant import Plant
     from bfppc_synth.model.spec import PlantSpec
 
 _REFERENCE_FIX = (
-    "supply it at run time with n + 2 bounds on it and its derivatives, or use"
-    " `center: performance`"
+    "give {value, bound, rate} with `center: performance`, or supply it at run time with n + 2"
+    " bounds on it and its derivatives"
 )
 _DERIVATIVES_FIX = (
     "give the reference as an expression without bounds, or use `center: performance`"
@@ -40,6 +42,33 @@ _DERIVATIVES_FIX = (
 
 def _silent(message: str) -> None:
     del message
+
+
+def nominal_if_any(
+    spec: PlantSpec,
+    weights: Weights,
+    margin: float,
+    progress: Callable[[str], None] = _silent,
+    *,
+    transition: float | None = None,
+) -> tuple[DesignProblem, SignalBounds] | None:
+    """Return None instead of an error where the file does not ask for this center itself.
+
+    What the reader takes for a known model by its text may still have a pole on the way, or a
+    reference without an enclosure; center performance then says what is wrong, or works.
+    """
+    try:
+        return prepare_nominal(spec, weights, margin, progress, transition=transition)
+    except PlantFileError:
+        if spec.gives("synthesis.center"):
+            raise
+    progress("no center that the nominal plant can follow: taking center performance")
+    return None
+
+
+def around_performance(spec: PlantSpec) -> PlantSpec:
+    """Return the same plant file with center performance."""
+    return replace(spec, synthesis=replace(spec.synthesis, center=CenterKind.PERFORMANCE))
 
 
 def prepare_nominal(
@@ -107,6 +136,8 @@ def prepare_nominal(
         if free and plant.funnel is not None and not keeps_funnel(plant, duration):
             raise EnvelopeError("the transition leaves the funnel", subexpression="")
         nominal = nominal_center(plant, duration)
+        if free:
+            _require_admission(plant, majorants, nominal.center)
         return DesignProblem(
             plant=plant,
             majorants=majorants,
@@ -124,7 +155,8 @@ def prepare_nominal(
 
     try:
         if transition is None:
-            transition = choose_transition(pose, progress, longest=longest_kept(plant))
+            longest = longest_kept(plant, _longest_wanted(spec))
+            transition = choose_transition(pose, progress, longest=longest)
         problem = pose(transition)
     except AlongCenterError as error:
         raise _mistaken(spec, _key(plant, error), str(error), error.fix) from error
@@ -134,6 +166,22 @@ def prepare_nominal(
         raise _mistaken(spec, "synthesis.center", str(error), error.fix) from error
     admit(plant, majorants, problem.center)
     return problem, signals
+
+
+def _longest_wanted(spec: PlantSpec) -> float:
+    """How long a transition may take where the file leaves it open: as long as what is simulated.
+
+    A horizon that only keeps a run with short samples short says nothing about it.
+    """
+    return spec.simulation.horizon if spec.gives("simulation.horizon") else DEFAULT_HORIZON
+
+
+def _require_admission(plant: Plant, majorants: Majorants, center: CenterBounds) -> None:
+    """Turn a domain that this T_s leaves into what the search of T_s steps over."""
+    try:
+        admit(plant, majorants, center)
+    except PlantFileError as error:
+        raise EnvelopeError(error.mistakes[0].message, subexpression="") from error
 
 
 def _key(plant: Plant, error: AlongCenterError) -> str:

@@ -16,11 +16,13 @@ from bfppc_synth.gains.theorem1.judge import Theorem1Judge
 from bfppc_synth.gains.theorem1.search import search_theorem1
 from bfppc_synth.gains.theorem1.setup import theorem1_problem
 from bfppc_synth.majorants.derive import derive_majorants
+from bfppc_synth.model.arithmetic import DEFAULT
 from bfppc_synth.model.certificate import Certificate, Inequality, Strictness, Verdict
 from bfppc_synth.model.design import Design
 from bfppc_synth.model.shapes import Theorem1Gain
 from bfppc_synth.model.spec import Form
 from bfppc_synth.model.theorem1 import Theorem1Bounds
+from bfppc_synth.synthesis_arithmetic import require_functions
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from bfppc_synth.errors import BfppcError
     from bfppc_synth.gains.theorem1.judge import Theorem1Evaluation
     from bfppc_synth.gains.theorem1.problem import Theorem1Problem
+    from bfppc_synth.model.arithmetic import Arithmetic
     from bfppc_synth.model.spec import PlantSpec
 
 NEVER_CERTIFIED = "the printed form of the paper is never certified"
@@ -53,7 +56,10 @@ def prepare_theorem1(spec: PlantSpec, weights: Weights, margin: float) -> Theore
 
 
 def synthesize_theorem1(
-    problem: Theorem1Problem, margins: tuple[float, ...], progress: Callable[[str], None]
+    problem: Theorem1Problem,
+    margins: tuple[float, ...],
+    progress: Callable[[str], None],
+    arithmetic: Arithmetic = DEFAULT,
 ) -> Design:
     """Find gains, prove them, and return the design; writes nothing.
 
@@ -66,37 +72,48 @@ def synthesize_theorem1(
         checker finds one too thin.
     progress : callable
         Receives one sentence per stage.
+    arithmetic : Arithmetic
+        What the generated code computes with.
 
     Raises
     ------
     NoDesignError
         Something is free and nothing was found, or the actuator limit is exceeded.
     """
+    require_functions(problem.plant, None, arithmetic)
     for margin in margins:
         problem = replace(problem, margin=margin)
         found = search_theorem1(problem, progress)
         if found is None:
             raise _no_design(problem, progress)
         if problem.plant.spec.synthesis.form is Form.PRINTED:
-            return design_theorem1(problem, found, _judged(problem, found))
+            design = design_theorem1(problem, found, _judged(problem, found))
+            break
         progress("proving")
-        design = design_theorem1(problem, found, _proved(problem, found))
+        design = design_theorem1(problem, found, _proved(problem, found, arithmetic))
         certificate = design.certificate
         require_signals(problem.plant, certificate.failures)
         fixed = not problem.is_free or any(not e.holds for e in certificate.assumption_checks)
         if certificate.verdict is Verdict.CERTIFIED or fixed:
             break
         progress("a margin was too thin: rounding again")
-    return design
+    return replace(design, arithmetic=arithmetic)
 
 
-def _proved(problem: Theorem1Problem, found: Theorem1Evaluation) -> Certificate:
+def _proved(
+    problem: Theorem1Problem, found: Theorem1Evaluation, arithmetic: Arithmetic
+) -> Certificate:
     from bfppc_synth.certificate.produce import judge, produce_certificate, tool_name
     from bfppc_synth.spec.canonical import plant_json
 
     document = json.loads(plant_json(problem.plant.spec))
     produced = produce_certificate(
-        document, found.gains, found.half_widths, tool=tool_name(), c_0=found.c_0
+        document,
+        found.gains,
+        found.half_widths,
+        tool=tool_name(),
+        c_0=found.c_0,
+        arithmetic=arithmetic,
     )
     return judge(document, produced)
 

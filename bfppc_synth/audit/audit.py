@@ -14,7 +14,7 @@ from bfppc_synth.audit.runs import full_start, limits_of, run_from
 from bfppc_synth.audit.variants import pinned, variant, with_handover
 from bfppc_synth.errors import NoDesignError, NotCertifiedError, PlantFileError
 from bfppc_synth.model.certificate import Verdict
-from bfppc_synth.model.spec import Form, Method
+from bfppc_synth.model.spec import BoundsKind, Form, Method
 from bfppc_synth.model.stages import Handover
 from bfppc_synth.simulation.loop import coverage
 from bfppc_synth.simulation.scheme import Coverage
@@ -37,6 +37,10 @@ NOT_COVERED = (
     "the broken run is in steps of simulation.period, longer than the certificate covers: the law"
     " is continuous here, or meant to be sampled faster; a smaller simulation.period may hold"
 )
+_ABOUT_BOUNDS = {
+    BoundsKind.TERMWISE: "bounds termwise: each term of F_i* is bounded apart",
+    BoundsKind.TIGHT: "bounds tight: F_i* is the supremum of the whole residual",
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -196,7 +200,8 @@ def _completed(completion: Completion) -> tuple[str, ...]:
 def _about_forms(spec: PlantSpec, fixed: PlantSpec, candidate: Candidate) -> tuple[str, ...]:
     synthesis = spec.synthesis
     if synthesis.method is Method.UNIFIED:
-        return ("method unified is not in the paper: it has no printed form",)
+        unprinted = "method unified is not in the paper: it has no printed form"
+        return (unprinted, _ABOUT_BOUNDS[synthesis.bounds])
     notes = []
     if synthesis.form is Form.PRINTED:
         notes.append("a printed form is never certified: a proof is one of the sound form")

@@ -11,17 +11,20 @@ from bfppc_synth.gains.methods.demands import Demand
 from bfppc_synth.gains.methods.theorem3 import stage_demands
 from bfppc_synth.gains.problem import Weights
 from bfppc_synth.gains.theorem1.judge import Theorem1Judge
+from bfppc_synth.gains.tight import effort_of
+from bfppc_synth.gains.tight_repair import Repair, Widening
 from bfppc_synth.model.certificate import Strictness
 from bfppc_synth.model.shapes import Shape, Theorem1Gain
-from bfppc_synth.model.spec import Form, Method
-from bfppc_synth.synthesis import prepare
+from bfppc_synth.model.spec import BoundsKind, Form, Method
+from bfppc_synth.synthesis_prepare import prepare
 from bfppc_synth.synthesis_theorem1 import prepare_theorem1
+from bfppc_synth.synthesis_tight import finder_of
 
 if TYPE_CHECKING:
     from bfppc_synth.audit.records import Candidate
     from bfppc_synth.gains.problem import DesignProblem
     from bfppc_synth.gains.theorem1.problem import Theorem1Problem
-    from bfppc_synth.model.bounds import CenterBounds, ChainBounds
+    from bfppc_synth.model.bounds import CenterBounds, ChainBounds, SignalBounds
     from bfppc_synth.model.plant import Plant
     from bfppc_synth.model.shapes import Gain
     from bfppc_synth.model.spec import PlantSpec
@@ -61,20 +64,29 @@ def holds(demand: Demand[float], relation: str) -> bool:
 class ShapeForm:
     """Theorem U, Theorem 2, Theorem 3: shapes k e + M tanh(M e / epsilon) + c e^N."""
 
-    def __init__(self, problem: DesignProblem) -> None:
+    def __init__(self, problem: DesignProblem, signals: SignalBounds) -> None:
         self.problem = problem
         self.plant = problem.plant
         self.center = problem.center
         self._judge = Judge(problem)
+        self._tight: Repair | None = None
+        if problem.plant.spec.synthesis.bounds is BoundsKind.TIGHT:
+            finder, none = finder_of(problem, signals), Widening.none(problem.order)
+            self._tight = Repair(self._judge, finder, effort_of(problem.order), none)
         self._printed = problem.plant.spec.synthesis.form is Form.PRINTED
 
     def judge(self, candidate: Candidate, alternative: str = "") -> Judged | None:
         """Evaluate a candidate in the named alternative, else in the one with the most room."""
         shapes = tuple(map(_shape, candidate.gains))
+        tight = None
+        if self._tight is not None:
+            if min(candidate.half_widths) <= 0.0:
+                return None
+            tight = self._tight.claims(shapes, candidate.half_widths)
         if alternative:
-            found = self._judge.evaluate(shapes, candidate.half_widths, alternative)
+            found = self._judge.evaluate(shapes, candidate.half_widths, alternative, tight)
         else:
-            found = self._judge.best(shapes, candidate.half_widths)
+            found = self._judge.best(shapes, candidate.half_widths, tight)
         if found is None:
             return None
         stages = stage_demands(self.problem)
@@ -143,7 +155,7 @@ def form_judge(spec: PlantSpec) -> ShapeForm | HeightForm:
     """
     if spec.synthesis.method is Method.THEOREM1:
         return HeightForm(prepare_theorem1(spec, EVEN, ROOM))
-    return ShapeForm(prepare(spec)[0])
+    return ShapeForm(*prepare(spec))
 
 
 def _limits(problem: DesignProblem | Theorem1Problem, peak: float) -> tuple[Demand[float], ...]:

@@ -59,6 +59,17 @@ class ChainRules:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Loads(Generic[T]):
+    """What tight bounds put in place of D_i / g_{m,i} + s_{i+1}, and of D_n.
+
+    ``model.tight.TightBounds`` in any number type (docs/theory.md section 9).
+    """
+
+    load: tuple[T, ...]
+    rate: T
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ChainInput(Generic[T]):
     """What one evaluation starts from.
 
@@ -115,6 +126,7 @@ def evaluate_chain(
     residual: Residual[T],
     numbers: Numbers[T],
     rules: ChainRules,
+    tight: Loads[T] | None = None,
 ) -> ChainBounds[T]:
     """Evaluate every constant from X_1 to U.
 
@@ -128,6 +140,8 @@ def evaluate_chain(
         Functions of the number type.
     rules : ChainRules
         Same-point or simple coupling; divided or printed F_i*.
+    tight : Loads[T], optional
+        Loads that F_i* and D_n are made of instead; W_i, B_i and the other D_i stay termwise.
 
     Returns
     -------
@@ -163,7 +177,10 @@ def evaluate_chain(
         add("W").append(keep("W", i, residual.disturbance(i, reach)))
         add("G").append(keep("G", i, residual.gain_upper(i, reach)))
         add("g").append(keep("g_min", i, residual.gain_lower(i, reach)))
-        add("D").append(keep("D", i, add("W")[i] if i == 0 else add("W")[i] + add("B")[i - 1]))
+        own_load: Any = add("W")[i] if i == 0 else add("W")[i] + add("B")[i - 1]
+        if tight is not None and i == order - 1:
+            own_load = tight.rate
+        add("D").append(keep("D", i, own_load))
         ahead: Any = numbers.number(0.0) if i == order - 1 else p[i + 1] + start.feed[i]
         add("B").append(
             numbers.number(0.0)
@@ -185,6 +202,9 @@ def evaluate_chain(
             value = (load + add("G")[i] * ahead) / least
         else:
             value = load / add("g")[i] + ahead
+        if tight is not None:
+            own: Any = tight.load[i]
+            value = own if i == order - 1 else own + p[i + 1]
         demand.append(keep("F_star", i, value))
     return _close(start, columns, tuple(demand), numbers)
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import sympy as sp
 
-from bfppc_synth.bounds.chain import ChainInput, ChainRules, evaluate_chain
+from bfppc_synth.bounds.chain import ChainInput, ChainRules, Loads, evaluate_chain
 from bfppc_synth.bounds.numbers import SymbolNumbers
 from bfppc_synth.model.shapes import GenericShape, Terms
-from bfppc_synth.model.spec import CenterKind
+from bfppc_synth.model.spec import BoundsKind, CenterKind
 
 if TYPE_CHECKING:
     from bfppc_synth.model.shapes import Gain
@@ -76,6 +76,7 @@ def chain_formulas(
     shapes: tuple[Gain, ...],
     rules: ChainRules,
     center: CenterKind = CenterKind.PERFORMANCE,
+    bounds: BoundsKind = BoundsKind.TERMWISE,
 ) -> tuple[ChainFormula, ...]:
     """Write out the chain for shapes with these terms.
 
@@ -87,6 +88,8 @@ def chain_formulas(
         The forms that the design was made with.
     center : CenterKind
         Nominal: s_i = 0, W_i is the supremum of the residual, and v is fed forward.
+    bounds : BoundsKind
+        Tight: F_i* and D_n are made of suprema of the residual.
 
     Returns
     -------
@@ -114,7 +117,13 @@ def chain_formulas(
         delay=_positive(r"{\tau}"),
         actuator_error=_positive(r"\delta_{u}"),
     )
-    evaluate_chain(start, _SymbolResidual(center), numbers, rules)
+    loads = None
+    if bounds is BoundsKind.TIGHT:
+        loads = Loads(
+            load=tuple(_positive(load_symbol(i)) for i in range(order)),
+            rate=_positive(rf"\sup\left|R_{{{order}}}\right|"),
+        )
+    evaluate_chain(start, _SymbolResidual(center), numbers, rules, loads)
     scalars = {"zeta", "V", "U", "delta_v"}
     return tuple(
         ChainFormula(
@@ -128,6 +137,11 @@ def chain_formulas(
         )
         if field != "delta_v" or nominal
     )
+
+
+def load_symbol(index: int) -> str:
+    """Write load_i, i = ``index`` + 1, in LaTeX."""
+    return rf"\ell_{{{index + 1}}}"
 
 
 def _symbolic(shape: Gain, i: int) -> GenericShape[sp.Expr]:

@@ -28,6 +28,7 @@ import itertools
 import json
 import math
 import re
+import struct
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -979,9 +980,75 @@ def parse(text: str, names: Mapping[str, Node]) -> Node:
 Box = tuple[Interval, ...]
 Gradient = dict[int, Interval]
 
-# One rounding of binary64 is at most 2^-53 of the result, 4 ulp are at most 8 of these; what
-# underflows is below 2^-1000, and 1 in the last place here is far more.
-_ROUNDING = Fraction(1, 1 << 53)
+# Error and range of the portable functions, with the code that they are about: section 9b.
+# name: (roundings in binary64, in binary32, end of the argument in binary64, in binary32)
+_PORTABLE_BOUNDS = {
+    "tanh": (16, 10, 1 << 1000, 1 << 120),
+    "exp": (6, 6, 690, 83),
+    "sin": (3, 3, 200_000_000, 6_400),
+    "cos": (3, 3, 200_000_000, 6_400),
+    "abs": (0, 0, 1 << 1000, 1 << 120),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Arithmetic:
+    """What the controllers compute with: double or float, functions of the libm or portable.
+
+    One rounding is at most 2^-bits of its result, 4 ulp are at most 8 of these; what underflows
+    is below 2^-149, and 1 in the last place here is far more.
+    """
+
+    real: str = "double"
+    math: str = "libm"
+
+    @property
+    def single(self) -> bool:
+        """Whether numbers are binary32."""
+        return self.real == "float"
+
+    @property
+    def bits(self) -> int:
+        """Bits of the significand."""
+        return 24 if self.single else 53
+
+    @property
+    def largest(self) -> int:
+        """Nothing that is computed may come near the end of the range."""
+        return 1 << (P + (120 if self.single else 1000))
+
+    def rounded(self, value: Fraction) -> Fraction:
+        """Round to the nearest number, for a value that float() takes without doubt."""
+        near = float(value)
+        if self.single:
+            (near,) = struct.unpack("f", struct.pack("f", near))
+        return Fraction(near)
+
+    def within(self, size: int) -> None:
+        """Refuse what might overflow."""
+        if size > self.largest:
+            power_of_two = 120 if self.single else 1000
+            name = "binary32" if self.single else "binary64"
+            raise UndecidedError(f"a number beyond 2^{power_of_two}: {name} could overflow")
+
+    def function(self, name: str, argument: Interval, size: int) -> int:
+        """Bound the error of a function itself: roundings times the size that is rounded."""
+        root = name.startswith(("root", "signed", "pow"))
+        if self.math == "libm":
+            return (800 if root else 8) * size
+        if name not in _PORTABLE_BOUNDS:
+            raise UndecidedError(f"{'a root' if root else name} has no portable form")
+        bounds = _PORTABLE_BOUNDS[name]
+        end = bounds[2 + self.single]
+        low = -(1 << 4096) if name == "exp" else -end
+        if not low * ONE <= argument[0] <= argument[1] <= end * ONE:
+            raise UndecidedError(f"portable {name} of an argument beyond {end}")
+        # Far from 0 a wave may vanish where its error does not; e^v below the range is not 0.
+        size = ONE if name in ("sin", "cos") else size
+        return bounds[self.single] * size + (8 << self.bits)
+
+
+_DEFAULT = Arithmetic()
 
 
 def _call(name: str, args: Sequence[Interval]) -> Interval:
@@ -1029,9 +1096,6 @@ class Bound:
     point: Box
     face: Box
     cuts: tuple[int, ...]
-
-
-_BINARY64 = 1 << (P + 1000)  # nothing that binary64 computes with may come near its end
 
 
 class Tape:
@@ -1148,15 +1212,15 @@ class Tape:
                 result = mul(result, power(arg, other))
         return result
 
-    def rounding(self, box: Box, errors: Sequence[int]) -> int:
-        """Bound the error of a binary64 evaluation, in units of 2^-P.
+    def rounding(self, box: Box, errors: Sequence[int], arithmetic: Arithmetic = _DEFAULT) -> int:
+        """Bound the error of an evaluation in floating point, in units of 2^-P.
 
         errors[j] bounds that of input j. Every operation passes on the errors of its operands
         times its largest slope over the widened operands (mean value theorem) and adds its own:
         a constant 1 rounding; a coefficient 2 (itself and a product) and a sum of m terms, in any
         order, m - 1 of at most the sum of sizes; a factor to the power e as products |e| - 1, a
         division or a product 1; pow, whose exponent is rounded too, 4 ulp and |log x| < 746
-        roundings; a function 4 ulp. Counts are doubled for what is of second order.
+        roundings; a function as ``Arithmetic.function``. All is doubled for second order.
         """
         values = self._values(box)
         found: list[int] = []
@@ -1170,7 +1234,7 @@ class Tape:
             if node.kind == "piece" or node.name == "sign":
                 raise UndecidedError("no rounding error of an expression that may jump")
             size = absolute(self._operation(node, wide, ()) if wide else y)[1]
-            passed, count, steps = 0, 2, [size]
+            passed, count, own, steps = 0, 2, 0, [size]
             if node.kind == "sum":
                 parts = list(zip(node.weights, wide, inner, strict=True))
                 passed = sum(absolute(scale(w, (d, d)))[1] for w, _, d in parts)
@@ -1187,17 +1251,18 @@ class Tape:
                 steps.append(largest[1])
                 for j, d in enumerate(inner):
                     e = node.weights[j]
-                    count += int(abs(e)) + 2 + (800 if e.denominator > 1 else 0)
+                    count += int(abs(e)) + 2
+                    if e.denominator > 1:
+                        own += arithmetic.function("pow", ZERO_I, size)
                     passed += mul((d, d), absolute(self._cofactor(node, wide, j)))[1] if d else 0
             elif node.name in ("min", "max"):
                 passed, count = max(inner), 0
             elif node.kind == "fun":
                 slope = absolute(_slope(node.name, wide[0], _call(node.name, wide)))
                 passed = mul((inner[0], inner[0]), slope)[1] if inner[0] else 0
-                count = 800 if node.name.startswith(("root", "signed")) else 8
-            if max(steps) > _BINARY64:
-                raise UndecidedError("a number beyond 2^1000: binary64 could overflow")
-            found.append(passed + _ceil_shift(2 * count * size, 53) + 1)
+                count, own = 0, arithmetic.function(node.name, wide[0], size)
+            arithmetic.within(max(steps))
+            found.append(passed + _ceil_shift(2 * (count * size + own), arithmetic.bits) + 1)
         return found[-1]
 
     def bound(self, box: Box) -> Bound:
@@ -1453,7 +1518,7 @@ class Problem:
     """A plant file as the theorems need it.
 
     ``fixed`` are the numbers that the design must keep, by the names of its constants; ``free``
-    counts the stages of theorem3 below the last one.
+    counts the stages of theorem3 below the last one. ``arithmetic`` is the design's.
     """
 
     name: str
@@ -1480,6 +1545,17 @@ class Problem:
     bounds: str
     derivatives: tuple[Interval, ...]
     funnel: Node | None
+    arithmetic: Arithmetic = _DEFAULT
+
+    @property
+    def latest(self) -> int:
+        """What t - t_0 stays below, in binary32 t too: there one ulp is at most period/16."""
+        if not self.arithmetic.single:
+            return 10**6 * ONE
+        if self.period[1] == 0:
+            return 64 * ONE
+        ulp = (self.period[0] + self.period[1]) >> 5
+        return min(1 << (max(ulp, 1).bit_length() - 1 + 24), ONE << 20)
 
 
 def fields(value: object, path: str, required: str, optional: str = "") -> dict[str, Any]:
@@ -1657,7 +1733,7 @@ def _derivatives(value: object) -> tuple[Interval, ...]:
 
 def _fixed_duration(synthesis: Mapping[str, Any], performance: Mapping[str, Any]) -> Fixed:
     """Read T_s where center nominal finds it in the file."""
-    if synthesis["center"] != "nominal" or "transition" not in performance:
+    if synthesis["center"] == "performance" or "transition" not in performance:
         return ()
     return (("T_s", at_least(1, performance["transition"], "performance.transition")),)
 
@@ -1693,11 +1769,13 @@ def _synthesis(value: object) -> dict[str, Any]:
     allowed = {
         "method": ("unified", "theorem1", "theorem2", "theorem3"),
         "form": ("sound",),
-        "center": ("performance", "nominal"),
+        "center": ("open", "performance", "nominal"),
         "bounds": ("termwise", "tight"),
         "anchor": ("latched", "exact"),
         "handover": ("reanchor", "containment"),
     }
+    if synthesis.get("center") == "open":
+        raise MalformedError("synthesis.center: performance or nominal is expected")
     for key, values in allowed.items():
         synthesis[key] = text_of(synthesis.get(key, values[0]), f"synthesis.{key}")
         if synthesis[key] not in values:
@@ -2348,9 +2426,12 @@ class Rounded(Exact):
     """Numbers (value, error, size): |computed - value| <= error, every partial sum <= size.
 
     A sum of m terms in any order errs by m roundings of the sum of sizes, a product or quotient
-    by 1, a constant by 1, a function by 8 (a root as pow by 800); each count is doubled for what
-    is of second order.
+    by 1, a constant by 1, a function as ``Arithmetic.function``; all is doubled for what is of
+    second order.
     """
+
+    def __init__(self, arithmetic: Arithmetic = _DEFAULT) -> None:
+        self.arithmetic = arithmetic
 
     def input(self, value: Interval, error: int, size: int) -> Any:
         """Take a number that is given with an error."""
@@ -2365,11 +2446,10 @@ class Rounded(Exact):
         found = from_fraction(value)
         return self._made(found, 0, absolute(found)[1], 1)
 
-    @staticmethod
-    def _made(value: Interval, passed: int, size: int, count: int) -> Any:
-        if size > _BINARY64:
-            raise UndecidedError("a number beyond 2^1000: binary64 could overflow")
-        return value, passed + _ceil_shift(2 * count * size, 53) + 1, size
+    def _made(self, value: Interval, passed: int, size: int, count: int, own: int = 0) -> Any:
+        self.arithmetic.within(size)
+        rounded = _ceil_shift(2 * (count * size + own), self.arithmetic.bits)
+        return value, passed + rounded + 1, size
 
     def total(self, terms: Sequence[Any]) -> Any:
         """Sum."""
@@ -2407,7 +2487,7 @@ class Rounded(Exact):
         steep = absolute(_slope(name, wide, far))[1]
         passed = (a[1] * steep >> P) + 1
         size = absolute(far)[1]
-        return self._made(value, passed, size, 800 if name.startswith("root") else 8)
+        return self._made(value, passed, size, 0, self.arithmetic.function(name, wide, size))
 
 
 class Sloped(Exact):
@@ -2828,7 +2908,13 @@ class Trajectory:
             scale(Fraction(1, math.factorial(k)), bound)[1]
             for k, bound in enumerate(self.problem.derivatives[:length])
         ]
-        return [numbers.input((-size, size), 0, size) for size in sizes]
+        # Passed in, and divided by k!, which is exact up to 2!.
+        bits, single = self.problem.arithmetic.bits, self.problem.arithmetic.single
+        errors = [_ceil_shift((single + (k > 2)) * size, bits) for k, size in enumerate(sizes)]
+        return [
+            numbers.input((-size, size), error, size)
+            for size, error in zip(sizes, errors, strict=True)
+        ]
 
     def series(
         self, numbers: Exact, t: Any, weights: Series | None, y: Series | None = None
@@ -2881,8 +2967,9 @@ class Trajectory:
         if "t" not in symbols(phased) and len(turns) == 1:
             length = div((2 * PI_I[0], 2 * PI_I[1]), _turning(node))[1]
             cut = _cut(start, end + length, cells)
-            return [*found, *(Stretch(cell, fading=False, latest=_LATEST) for cell in cut)]
-        signal = _Signal(node, self.length)
+            latest = self.problem.latest
+            return [*found, *(Stretch(cell, fading=False, latest=latest) for cell in cut)]
+        signal = _Signal(self.problem, node, self.length)
         late, at, last = self.problem.delay[1], start, None
         while last is None:
             # Octaves of time, as many as it takes until what fades has hardly anything left.
@@ -2894,11 +2981,10 @@ class Trajectory:
                 covered = signal.octave if at > late else signal.direct
                 found += covered(at, later, cells)
                 at = later
-        return [*found, *signal.torus(last, _LATEST, cells)]
+        return [*found, *signal.torus(last, self.problem.latest, cells)]
 
 
 _PHASES = ("#p1", "#p2")  # those beside the first one
-_LATEST = 10**6 * ONE  # what the controller accepts: 1e6 s after its first sample
 
 
 @dataclass(frozen=True, slots=True)
@@ -2964,8 +3050,8 @@ class _Span(Tail):
 class _Signal:
     """A reference with its derivatives, whose waves with a frequency have become phases."""
 
-    def __init__(self, node: Node, length: int) -> None:
-        self.nodes = [node]
+    def __init__(self, problem: Problem, node: Node, length: int) -> None:
+        self.problem, self.nodes = problem, [node]
         while len(self.nodes) < length:
             order = len(self.nodes)
             slope = derivative(self.nodes[-1], "t")
@@ -2986,16 +3072,16 @@ class _Signal:
                 for _ in self.nodes
             ]
             rest = [span.abstract(node) for span, node in zip(spans, self.phased, strict=True)]
-            errors, sizes = self._rounding(start, end or _LATEST)
+            errors, sizes = self._rounding(start, end or self.problem.latest)
         except UndecidedError as error:
-            if end is None and start >= _LATEST:
+            if end is None and start >= self.problem.latest:
                 raise UndecidedError(f"the reference cannot be enclosed: {error}") from None
             return None
         boxes = [
             tuple(a for name, a in span.ranges.items() if name not in self.turns) for span in spans
         ]
         moves = max((a[1] - a[0] for box in boxes for a in box), default=0)
-        if end is None and moves >= ONE >> 20 and start < _LATEST:
+        if end is None and moves >= ONE >> 20 and start < self.problem.latest:
             return None
         names = [list(span.ranges) for span in spans]
         first, *others = self.turns
@@ -3014,10 +3100,11 @@ class _Signal:
     def _rounding(self, start: int, end: int) -> tuple[list[int], list[int]]:
         """Bound rounding and partial sums of every coefficient in binary64."""
         errors, sizes = [0] * len(self.nodes), [0] * len(self.nodes)
-        numbers, taylor = Rounded(), Taylor(Rounded(), len(self.nodes))
+        numbers = Rounded(self.problem.arithmetic)
+        taylor = Taylor(numbers, len(self.nodes))
         while start < end:
             later = min(max(2 * start, ONE >> 20), end)
-            t = numbers.input((start, later), _ceil_shift(later, 53), later)
+            t = numbers.input((start, later), clock_error(self.problem, later), later)
             for k, a in enumerate(taylor.evaluate(self.nodes[0], {"t": [t, taylor.one]})):
                 errors[k], sizes[k] = max(errors[k], a[1]), max(sizes[k], a[2])
             start = later
@@ -3255,14 +3342,20 @@ class Following:
     v_start: Interval
 
     def rounding(self, cells: int = 64) -> list[int]:
-        """Bound the rounding of r_1..r_n and v in binary64, up to 1e6 s after the start."""
-        problem, numbers = self.path.problem, Rounded()
-        starts = [numbers.input(a, 0, absolute(a)[1]) for a in widened_starts(problem)]
+        """Bound the rounding of r_1..r_n and v as long as the controller accepts samples."""
+        problem, numbers = self.path.problem, Rounded(self.path.problem.arithmetic)
+        sizes = [absolute(a)[1] for a in widened_starts(problem)]
+        starts = [
+            numbers.input(a, passed_error(problem, size), size)
+            for a, size in zip(widened_starts(problem), sizes, strict=True)
+        ]
         offset = None
         if problem.reference is None:
             reach = run_time_offset(problem, starts[0][0])
             # The code subtracts y_d(0): one rounding, which a sum counts.
-            offset = numbers.total([numbers.input(reach, 0, absolute(reach)[1])])
+            bound = sizes[0] + problem.derivatives[0][1]
+            error = passed_error(problem, bound)
+            offset = numbers.total([numbers.input(reach, error, absolute(reach)[1])])
         weights = self.path.latched(numbers, starts, offset)
         worst = [0] * (self.path.n + 1)
         for stretch in self.path.stretches(cells):
@@ -3272,7 +3365,7 @@ class Following:
                 y = stretch.settled.series(numbers, (t, *stretch.others))
                 found = self.path.series(numbers, None, None, y)
             else:
-                time = numbers.input(t, _ceil_shift(latest, 53), latest)
+                time = numbers.input(t, clock_error(problem, latest), latest)
                 found = self.path.series(numbers, time, weights if stretch.fading else None)
             worst = [max(error, a[0][1]) for error, a in zip(worst, found, strict=True)]
         return worst
@@ -3608,47 +3701,76 @@ class StageLaw:
     rounding: tuple[int, ...]
 
 
+def passed_error(problem: Problem, size: int) -> int:
+    """Bound what a number of this size loses where it is passed in: binary64 takes it whole."""
+    return _ceil_shift(size, 24) if problem.arithmetic.single else 0
+
+
+def clock_error(problem: Problem, elapsed: int) -> int:
+    """Bound the error of t - t_0: its own rounding, in binary32 also those of t and t_0."""
+    own = _ceil_shift(elapsed, problem.arithmetic.bits)
+    return own + 2 * passed_error(problem, problem.latest)
+
+
 def rounding_errors(
     problem: Problem, gains: Sequence[Gain | Tall], p: Sequence[Fraction], center: Center
 ) -> tuple[int, ...]:
-    """Bound the rounding of each measured error and of u in binary64, for |ê_i| <= 2 p_i.
+    """Bound the rounding of each measured error and of u, for |ê_i| <= 2 p_i.
 
-    (U0 gives |ê_i| <= p_i + eta_i < 2 p_i inside Omega.) Each operation rounds by at most 2^-53
-    of its result, a library function by 4 ulp = 8 such units; counts below are rounded up
-    generously, which covers all terms of second order:
+    (U0 gives |ê_i| <= p_i + eta_i < 2 p_i inside Omega.) Each operation rounds by at most one
+    unit, 2^-53 or 2^-24 of its result, tanh and the function in rho by at most C units; counts
+    below are rounded up generously, which covers all terms of second order:
 
-    y_d(t): ``Tape.rounding`` over [0, 1], [1, 2], [2, 4] .. 1e6 s; the controller refuses
-    t - t_0 > 1e6 s, and t - t_0 itself is rounded once. rho: at most 3 roundings of an argument
-    y with |rho'(y) y| < 1.6, 8 for the function, 3 more: 32 cover it. r_1 = y_d + rho a with a
-    = x_1(0) - y_d(0). phi: k e one; M e / epsilon three, times y sech^2 y <= min(|y|, 1/2); tanh
-    8 (of at most min(|y|, 1)), a product 1; c e^N N; two additions. H(rho) by Horner's rule: 2
-    roundings a power, and those of rho times H' <= (number of powers) H(1).
+    y_d(t): ``Tape.rounding`` over [0, 1], [1, 2], [2, 4] .. the last time (1e6 s in binary64);
+    the controller refuses later ones, and t - t_0 itself is rounded once. rho: at most 3 roundings
+    of an argument y with |rho'(y) y| < 1.6, C for the function, 3 more: 16 + 2 C cover it. r_1 =
+    y_d + rho a with a = x_1(0) - y_d(0). phi: k e one; M e / epsilon three, times y sech^2 y <=
+    min(|y|, 1/2); tanh C (of at most min(|y|, 1)), a product 1; c e^N N; two additions. H(rho) by
+    Horner's rule: 2 roundings a power, and those of rho times H' <= (number of powers) H(1).
 
     A handover adds rho times what was measured, and one addition; t - t_l has three roundings
-    of times up to 1e6 s, which rho passes on times its rate. Center nominal has its
+    of times up to the last, which rho passes on times its rate. Center nominal has its
     own bounds, for r and v.
+
+    In binary32 also what is passed in is rounded: x and x(0), which the four units of every sum
+    have room for, y_d, and the two times, which rho passes on times its rate.
     """
-    unit = _ROUNDING
+    arithmetic, latest = problem.arithmetic, Fraction(problem.latest, ONE)
+    unit = Fraction(1, 1 << arithmetic.bits)
+    bent, faded = (
+        max(arithmetic.function(name, ZERO_I, ONE) >> P for name in names)
+        for names in (("tanh",), ("exp", "cos"))
+    )
+    late = 4 * latest if arithmetic.single else Fraction(0)
     reference = at_zero = 0
     following = center.following.rounding() if center.following is not None else None
     if problem.reference is not None and following is None:
         tape = Tape(problem.reference, ("t",))
-        at_zero = tape.rounding((ZERO_I,), (0,))
-        ends = [0, *(ONE << j for j in range(20)), 10**6 * ONE]
+        at_zero = tape.rounding((ZERO_I,), (0,), arithmetic)
+        ends = [0, *(ONE << j for j in range(20) if ONE << j < problem.latest), problem.latest]
         for left, right in itertools.pairwise(ends):
-            box = ((left, right),)
-            reference = max(reference, tape.rounding(box, (_ceil_shift(right, 53),)))
+            box, error = ((left, right),), clock_error(problem, right)
+            reference = max(reference, tape.rounding(box, (error,), arithmetic))
+        # In place of the compiled-in value that of the file may be passed in.
+        low, high = over_time(problem.reference, {}, 0) if arithmetic.single else (ZERO_I, ZERO_I)
+        passed = passed_error(problem, max(-low[0], high[1]))
+        reference, at_zero = reference + passed, at_zero + passed
+    elif problem.reference_bounds is not None:
+        reference = at_zero = passed_error(problem, problem.reference_bounds[0][1])
     offset = absolute(center.offset)[1]
     errors: list[int] = []
     phi = phi_error = 0
     for i, (gain, half_width) in enumerate(zip(gains, p, strict=True)):
         size = scale(2 * half_width, ONE_I)
         r = center.size(i)[1]
-        terms = 40 * (offset if i == 0 else r) + 4 * (r + offset * (i == 0) + size[1] + phi)
+        fading = offset if i == 0 else r
+        terms = (24 + 2 * faded) * fading + 4 * (r + offset * (i == 0) + size[1] + phi)
+        terms += scale(late, mul(problem.rhos[i].rate, (fading, fading)))[1]
         if center.switches:
             moved = center.moved[1] if i == 0 else r
-            terms += 40 * moved + 2 * center.switches * (r + 2 * offset + 2 * moved)
-            terms += 4 * 10**6 * mul(problem.rhos[i].rate, (moved, moved))[1]
+            terms += (24 + 2 * faded) * moved + 2 * center.switches * (r + 2 * offset + 2 * moved)
+            moving = mul(problem.rhos[i].rate, (moved, moved))
+            terms += scale(4 * latest + 2 * late, moving)[1]
         own = (reference + at_zero) * (i == 0)
         if following is not None:
             own, terms = following[i], 4 * (r + size[1] + phi)
@@ -3656,14 +3778,13 @@ def rounding_errors(
         bend = min(scale(gain.M / gain.epsilon, size)[1], ONE)
         parts = (
             ((6 + 40 * gain.powers) * gain.k, size[1]),
-            (20 * gain.M, bend),
+            ((12 + bent) * gain.M, bend),
             ((gain.N + 6) * gain.c, power(size, Fraction(gain.N))[1]),
         )
         phi_error = sum(scale(unit * weight, (0, part))[1] for weight, part in parts) + 1
         phi = gain.phi(size)[1]
-        quotient = scale(2 * gain.M * half_width / gain.epsilon, ONE_I)[1]
-        if max(quotient, phi, *(part for _, part in parts)) > _BINARY64:
-            raise UndecidedError(f"phi_{i + 1} beyond 2^1000: binary64 could overflow")
+        quotient = scale(gain.M / gain.epsilon * max(2 * half_width, Fraction(1)), ONE_I)[1]
+        arithmetic.within(max(quotient, phi, *(part for _, part in parts)))
     if following is not None:
         phi_error += following[-1] + scale(4 * unit, (0, center.size(len(p))[1] + phi))[1]
     return (*errors, phi_error)
@@ -3677,6 +3798,7 @@ def derive(
     stages: Sequence[Sequence[Any]] = (),
     duration: float | Fraction | None = None,
     tight: tuple[Sequence[float | Fraction], float | Fraction] | None = None,
+    arithmetic: tuple[str, str] = ("double", "libm"),
 ) -> Obligations:
     """Derive every obligation from the plant, the gains and the tube.
 
@@ -3697,6 +3819,8 @@ def derive(
         For center nominal: T_s [s].
     tight : tuple, optional
         For bounds tight: the claimed loads and rate.
+    arithmetic : tuple[str, str]
+        What the controllers compute with: double or float, libm or portable.
 
     Returns
     -------
@@ -3714,10 +3838,13 @@ def derive(
     ----------
     docs/theory.md sections 1 to 4 and 6 to 8.
     """
-    question = repr((document, gains, half_widths, c_0, stages, duration, tight))
+    more = (c_0, stages, duration, tight, arithmetic)
+    question = repr((document, gains, half_widths, *more))
     if question not in _ANSWERED:
         _ANSWERED.clear()
-        _ANSWERED[question] = _derived(document, gains, half_widths, c_0, stages, duration, tight)
+        _ANSWERED[question] = _derived(
+            document, gains, half_widths, c_0, stages, duration, tight, Arithmetic(*arithmetic)
+        )
     return _ANSWERED[question]
 
 
@@ -3732,8 +3859,11 @@ def _derived(
     stages: Sequence[Sequence[Any]],
     duration: float | Fraction | None,
     tight: tuple[Sequence[float | Fraction], float | Fraction] | None,
+    arithmetic: Arithmetic,
 ) -> Obligations:
-    problem = read_plant(document)
+    problem = replace(read_plant(document), arithmetic=arithmetic)
+    if arithmetic.single and problem.method in ("theorem1", "theorem2"):
+        raise UndecidedError(f"{problem.method} neglects rounding: float needs method unified")
     if (c_0 is not None) != (problem.method == "theorem1") or len(stages) != problem.free:
         raise MalformedError(f"design: not one of {problem.method} with {problem.free} free stages")
     p = _widths(problem, half_widths)
@@ -3741,14 +3871,14 @@ def _derived(
         tall = tuple(tall_of(g, f"gains[{i}]") for i, g in enumerate(_each(problem, gains)))
         return _Theorem1(problem, tall, p, Fraction(c_0)).obligations()
     shapes = _shapes(problem, gains)
+    problem = _with_center(problem, "performance" if duration is None else "nominal")
     if (tight is not None) != (problem.bounds == "tight"):
         raise MalformedError("design: tight belongs to bounds tight, and only there")
     claimed = None
     if tight is not None:
         claimed = Tight(tuple(map(Fraction, _each(problem, tight[0]))), Fraction(tight[1]))
-    if (duration is not None) != (problem.center == "nominal"):
-        raise MalformedError("design: T_s belongs to center nominal, and only there")
     if duration is not None:
+        _check_nominal(problem)
         if not Fraction(1, 10**6) <= duration <= 10**6:
             raise MalformedError("design.T_s: from 1e-6 to 1e6 s")
         center = nominal_center(problem, Fraction(duration))
@@ -3766,6 +3896,19 @@ def _derived(
         stage.watch(_widths(problem, given[1]))
         free.append(stage)
     return _Chain(problem, shapes, p, center_after(center, free), free, claimed).obligations()
+
+
+def _with_center(problem: Problem, chosen: str) -> Problem:
+    """Take the center of the design, where the file leaves it open.
+
+    Either theorem is about such a plant: without declared bounds f* and g* are made of f and g.
+    """
+    bounded = any(c.f_bound is not None or c.g_bound is not None for c in problem.channels)
+    asked = "performance" if problem.center == "open" and bounded else problem.center
+    if asked not in (chosen, "open"):
+        raise MalformedError("design: T_s belongs to center nominal, and only there")
+    kept = tuple(pair for pair in problem.fixed if chosen == "nominal" or pair[0] != "T_s")
+    return replace(problem, center=chosen, fixed=kept)
 
 
 def _each(problem: Problem, values: Sequence[Any]) -> Sequence[Any]:
@@ -4013,7 +4156,8 @@ class _Residual:
         channel = self.problem.channels[j]
         f, bound = channel.f, channel.f_bound
         if self.following is None:
-            f = f if bound is None else None
+            # Center performance takes f*, declared or |f| itself, for all that is known of f.
+            f, bound = None, f if bound is None else bound
             moved = sym(f"#d{j + 1}")
         else:
             model = self.following.path.model
@@ -4548,7 +4692,8 @@ class _Chain:
             if "epsilon_" in key and own[key.replace("epsilon", "M")] == ZERO_I:
                 continue
             distance = absolute(sub(own.get(key, ZERO_I), value))
-            allowed = scale(Fraction(1, 1 << 50), absolute(value))
+            close = 22 if self.problem.arithmetic.single else 50
+            allowed = scale(Fraction(1, 1 << close), absolute(value))
             if key.startswith("room"):
                 # eps_i is no constant of the controller but what p_i leaves beside D_i.
                 allowed = scale(Fraction(1, 1 << 30), self.p[int(key[5:]) - 1])
@@ -4659,7 +4804,7 @@ class _Clearance(Tape):
         self.known: dict[Box, Series] = {}
 
     def _fade(self, box: Box) -> Series:
-        """B and db/dt with their slopes by the coordinates that are wide."""
+        """Return b and db/dt with their slopes by the coordinates that are wide."""
         path, numbers = self.path, Sloped()
         if box[1:] not in self.known:
             seeds = [
@@ -5050,10 +5195,16 @@ def without_common_power(node: Node) -> Node:
 
 def _assumed(problem: Problem) -> tuple[str, ...]:
     """List what no computation can prove; printed at the end of every verification."""
+    real = "binary32" if problem.arithmetic.single else "binary64"
+    computed = f"{real} is IEEE 754: + - * / are rounded to nearest, subnormal numbers are kept"
+    if problem.arithmetic.math == "libm":
+        computed = (
+            f"{real} is IEEE 754; tanh, sin, cos, exp, log of the libm (and others) keep to 4 ulp"
+        )
     lines = [
         "the plant is as declared: f, g, their bounds, disturbances, parameters, initial states",
         "measurement and actuation are as declared: quantizer, noise, period, delay, error",
-        "binary64 is IEEE 754; tanh, sin, cos, exp, log of the libm (and others) keep to 4 ulp",
+        computed,
         "the theorem itself (docs/theory.md) and this file",
         "the C source computes the law of controller.py (its constants and limits were compared)",
     ]
@@ -5186,6 +5337,7 @@ class Design:
     stages: tuple[tuple[Gains, tuple[float, ...], tuple[float, ...]], ...] = ()
     duration: float | None = None
     tight: tuple[tuple[float, ...], float] | None = None
+    arithmetic: Arithmetic = _DEFAULT
 
     def constants(self) -> dict[str, float | int]:
         """Return the numbers by the names that the controllers give them."""
@@ -5198,7 +5350,8 @@ class Design:
 
     def obligations(self, plant: object) -> Obligations:
         """Derive what must hold for this design of a plant."""
-        more = (self.c_0, self.stages, self.duration, self.tight)
+        kind = (self.arithmetic.real, self.arithmetic.math)
+        more = (self.c_0, self.stages, self.duration, self.tight, kind)
         return derive(plant, self.gains, self.p, *more)
 
 
@@ -5216,7 +5369,10 @@ def _constants(prefix: str, gains: Gains, p: Sequence[float]) -> dict[str, float
 
 def read_design(value: object) -> Design:
     """Read gains, tube and clamp; c_0 of theorem1, the stages of theorem3."""
-    design = fields(value, "design", "p gains U_MAX", "c_0 stages T_s tight")
+    design = fields(value, "design", "p gains U_MAX", "c_0 stages T_s tight real math")
+    arithmetic = Arithmetic(design.get("real", "double"), design.get("math", "libm"))
+    if arithmetic.real not in ("double", "float") or arithmetic.math not in ("libm", "portable"):
+        raise MalformedError("design: real is double or float, math is libm or portable")
     keys = _TALL if "c_0" in design else _SHAPE
     stages = []
     for j, given in enumerate(_list(design.get("stages", []), "design.stages", _MOST_STAGES)):
@@ -5239,7 +5395,11 @@ def read_design(value: object) -> Design:
         )
         if any(x == 0 and math.copysign(1, x) < 0 for x in (*tight[0], tight[1])):
             raise MalformedError("design.tight: a zero with a sign")
-    return Design(gains, p, peak, c_0, tuple(stages), duration, tight)
+    found = Design(gains, p, peak, c_0, tuple(stages), duration, tight, arithmetic)
+    for key, constant in found.constants().items():
+        if arithmetic.rounded(Fraction(constant)) != Fraction(constant):
+            raise MalformedError(f"design: {key} is no number of the type {arithmetic.real}")
+    return found
 
 
 def _read_gains(value: object, path: str, keys: Sequence[str]) -> Gains:
@@ -5311,7 +5471,8 @@ def _checked_documents(plant: object, certificate: object) -> tuple[Report, Obli
         for obligation in expected
     ]
     peak, clamp = obligations.enclosures["U"][1], Fraction(design.u_max) * ONE
-    if not peak <= clamp <= peak * Fraction(1 + 2**-30):
+    room = Fraction(1, 1 << (22 if design.arithmetic.single else 30))
+    if not peak <= clamp <= peak * (1 + room):
         raise MalformedError("design.U_MAX: not the peak input U rounded up")
     report = _report(results, obligations)
     if report.verdict == "proved":
@@ -5554,12 +5715,12 @@ def _verified_folder(folder: Path) -> Report:
     for source in sources:
         text = _read(folder / source).decode("utf-8", "replace")
         _check_constants(source, text, name, design)
-        _check_screening(source, text, name, limits)
+        _check_screening(source, text, name, limits, design.arithmetic)
     pair = [
         _read(folder / path).decode("utf-8", "replace")
         for path in (f"c/include/{name}.h", sources[1])
     ]
-    _check_c(pair, name, len(design.p), [*design.constants(), *limits])
+    _check_c(pair, name, len(design.p), [*design.constants(), *limits], design.arithmetic)
     tests = [
         f"manifest: {len(manifest['files'])} files have the hashes that it lists",
         "constants: controller.py and the C source contain the certified binary64 numbers",
@@ -5568,6 +5729,7 @@ def _verified_folder(folder: Path) -> Report:
         return report
     text = _read(folder / "controller.py").decode("utf-8", "replace")
     screen(text, [*design.constants(), *limits])
+    _check_python_arithmetic(text, design.arithmetic)
     _check_places(text, design.constants())
     count = check_controller(folder / "controller.py", obligations, design)
     tests.append(f"law: controller.py gave {count} commands, each inside its enclosure")
@@ -5628,7 +5790,7 @@ def _check_constants(path: str, source: str, name: str, design: Design) -> None:
     for key in sorted(wanted.keys() | found.keys()):
         if key not in found or key not in wanted:
             raise MalformedError(f"{path}: {key} is not among both certified and emitted constants")
-        if _literal(found[key]) != Fraction(wanted[key]):
+        if _literal(found[key], design.arithmetic, path) != Fraction(wanted[key]):
             raise MalformedError(f"{path}: {key} = {found[key]}, certified {wanted[key]!r}")
 
 
@@ -5661,7 +5823,9 @@ _GUARDS = """#if defined(__FAST_MATH__)
 #include <stdbool.h>"""
 
 
-def _check_c(texts: Sequence[str], name: str, n: int, keys: Iterable[str]) -> None:
+def _check_c(
+    texts: Sequence[str], name: str, n: int, keys: Iterable[str], arithmetic: Arithmetic
+) -> None:
     """Want a header and a source whose preprocessor only guards, and each constant once."""
     own = (f"#ifndef {name}_H", f"#define {name}_H", f"#define {name}_ORDER {n}")
     allowed = {*_GUARDS.splitlines(), *own, f'#include "{name}.h"'}
@@ -5683,8 +5847,10 @@ def _check_c(texts: Sequence[str], name: str, n: int, keys: Iterable[str]) -> No
                 opened += word.count("{") - word.count("}")
             elif word not in ("", 'extern "C" {', "}"):
                 raise MalformedError(f"the C code: {word[:60]!r} for some compilers only")
-    if kept.count(f"typedef double {name}_real;") != 1:
-        raise MalformedError(f"{name}.h: {name}_real is not binary64")
+    if kept.count(f"typedef {arithmetic.real} {name}_real;") != 1:
+        wanted = "binary32" if arithmetic.single else "binary64"
+        raise MalformedError(f"{name}.h: {name}_real is not {wanted}")
+    _check_c_arithmetic(" ".join(_C_TOKEN.sub(" ", text) for text in texts), name, arithmetic)
     if len(re.findall(r"\b(enum|union|goto|asm)\b", " ".join(kept))) > 1:
         raise MalformedError(f"{name}.c: a second enum, or what no controller needs")
     types = (
@@ -5706,7 +5872,9 @@ def screening_limits(obligations: Obligations) -> dict[str, int]:
     else:
         low, high = over_time(problem.reference or NOTHING, {}, 0)
         largest = max(-low[0], high[1])
-    limits = {"y_d_limit": largest, "elapsed_limit": 10**6 * ONE}
+    limits = {"y_d_limit": largest, "elapsed_limit": problem.latest}
+    if problem.arithmetic.single:
+        limits["time_limit"] = problem.latest
     if problem.center == "nominal" and problem.reference is None:
         for k, bound in enumerate(problem.derivatives[1 : len(problem.states) + 1], start=1):
             limits[f"y_d_limit_{k}"] = bound[1]
@@ -5722,25 +5890,39 @@ def screening_limits(obligations: Obligations) -> dict[str, int]:
     return limits
 
 
-def _check_screening(path: str, source: str, name: str, limits: Mapping[str, int]) -> None:
+def _check_screening(
+    path: str, source: str, name: str, limits: Mapping[str, int], arithmetic: Arithmetic
+) -> None:
     prefix = f"{name}_" if path.endswith(".c") else ""
     for key, least in limits.items():
         found = re.findall(
             rf"^(?:static const \w+ )?{prefix}{key} = ([^;\s]+);?$", source, re.MULTILINE
         )
-        value = _literal(found[0]) if len(found) == 1 else None
+        value = _literal(found[0], arithmetic, path) if len(found) == 1 else None
         if value is None or value * ONE < least:
             raise MalformedError(f"{path}: {key} turns away samples that the theorem needs")
+        if key in ("elapsed_limit", "time_limit") and value * ONE != least:
+            raise MalformedError(f"{path}: {key} is later than the rounding is bounded for")
 
 
 def _unused(key: str, wanted: Mapping[str, float | int]) -> bool:
     return wanted.get(key.replace("epsilon", "M")) == 0
 
 
-def _literal(text: str) -> Fraction | None:
-    """Value of a decimal or hexadecimal floating literal as a compiler reads it."""
+def _literal(text: str, arithmetic: Arithmetic, path: str) -> Fraction | None:
+    """Value of a decimal or hexadecimal floating literal as a compiler reads it.
+
+    In C a binary32 number ends in F, and is nearer to the decimal than a quarter of a unit in
+    the last place, so that it does not matter who rounds how often.
+    """
     decimal = r"[0-9]+(\.[0-9]*)?([eE][-+]?[0-9]{1,4})?"
     try:
+        if arithmetic.single and path.endswith(".c"):
+            if not re.fullmatch(decimal + "F", text):
+                return None
+            near = arithmetic.rounded(Fraction(text[:-1]))
+            apart = abs(Fraction(text[:-1]) - near) * (1 << 26)
+            return near if apart < Fraction(2) ** math.frexp(near)[1] else None
         if re.fullmatch(decimal, text):
             return Fraction(float(text))
         if re.fullmatch(r"0x[0-9a-f.]+p[-+][0-9]{1,4}", text):
@@ -5750,8 +5932,213 @@ def _literal(text: str) -> Fraction | None:
     return None
 
 
+# 9b. What the code computes with. The portable functions, in Python as the generated file has
+# them but for the rounding to binary32; the C source must say the same.
+#
+# tanh: y = v / 2^d; y above / below is Lambert's continued fraction y / (1 + y^2 / (3 + ..)), cut
+# off. Its convergents for real y alternate around tanh y, so the error is less than the distance
+# to the next one. Then d times tanh 2 y = 2 t / (1 + t^2), t = tanh y, which is exact, increasing
+# for t < 1 and turns a relative error r into less than r. Every sum is of positive numbers.
+# exp: v = k ln 2 + r with ln 2 in two pieces, of which the first times k is exact; e^r =
+# (1 + t) / (1 - t), t = tanh(r/2) by the same fraction; times 2^k from powers of two, exact.
+# wave: v = k pi/2 + r with pi/2 in three pieces, of which the first two times k, and the first two
+# differences, are exact (at most 2^27 or 2^12 times 26 or 12 bits); Taylor series of sine and
+# cosine of r, whose terms alternate and fall: the error is less than the first term left out.
+# The proof of the numbers in _PORTABLE_BOUNDS is carried out, from this text and in this
+# arithmetic, by tests/property/test_portable_functions.py: every rounding is an unknown factor
+# 1 + d, |d| <= 2^-bits, and the mean value theorem bounds what all of them do together.
+
+
+def portable_functions(arithmetic: Arithmetic) -> dict[str, str]:
+    """Return the Python text of each portable function."""
+    single, lines = arithmetic.single, list[str]()
+
+    def clamp(target: str, value: str, end: float) -> None:
+        lines.append(f"{target}_low = {-end} if {value} < {-end} else {value}")
+        lines.append(f"{target} = {end} if {end} < {target}_low else {target}_low")
+
+    def horner(target: str, numbers: Sequence[Fraction | int]) -> None:
+        values = [float(arithmetic.rounded(Fraction(number))) for number in numbers]
+        product = f"z * {values[-1]}" if values[-1] != 1 else "z"
+        for j in range(len(values) - 2, -1, -1):
+            name = f"{target}_{j}" if j else target
+            lines.append(f"{name} = {values[j]} + {product}")
+            product = f"z * {name}"
+
+    def whole(target: str, value: str, factor: float) -> None:
+        large = 1.5 * 2.0 ** (arithmetic.bits - 1)
+        lines.append(f"{target}_far = {value} * {factor} + {large}")
+        lines.append(f"{target} = {target}_far - {large}")
+
+    def reduced(value: str, constant: Interval, bits: int, places: Sequence[int]) -> None:
+        exact, near = (Fraction(end, 1 << bits) for end in constant)
+        factor = float(arithmetic.rounded(1 / exact))
+        if float(arithmetic.rounded(1 / near)) != factor:
+            raise UndecidedError("a constant that is not known well enough")
+        whole("k", value, factor)
+        for j, place in enumerate(places, 1):
+            piece = Fraction(math.floor(exact * 2**place), 2**place)
+            lines.append(f"r_{j} = {value} - k * {float(piece)}")
+            exact, value = exact - piece, f"r_{j}"
+        rest = float(arithmetic.rounded(exact))
+        lines.append(f"r_{len(places) + 1} = {value} - k * {rest}")
+
+    def text(head: str, value: str) -> str:
+        body = "".join(f"\n    {line}" for line in lines)
+        lines.clear()
+        return f"def portable_{head} -> float:{body}\n    return {value}\n"
+
+    clamp("inner", "v", 9.25 if single else 20.0)
+    lines.append(f"y = {0.25 if single else 0.125} * inner")
+    lines.append("z = y * y")
+    horner("above", (945, 105, 1) if single else (34459425, 4729725, 135135, 990, 1))
+    horner("below", (945, 420, 15) if single else (34459425, 16216200, 945945, 13860, 45))
+    lines.append("t_0 = y * above / below")
+    count = 2 if single else 3
+    lines.extend(f"t_{j + 1} = (t_{j} + t_{j}) / (1.0 + t_{j} * t_{j})" for j in range(count))
+    clamp("outer", f"t_{count}", 1.0)
+    found = {"tanh": text("tanh(v: float)", "outer")}
+
+    clamp("inner", "v", 87.0 if single else 700.0)
+    reduced("inner", (_LN2_LO, _LN2_HI), W, (15,) if single else (42,))
+    lines.extend(("y = 0.5 * r_2", "z = y * y"))
+    horner("above", (105, 10) if single else (10395, 1260, 21))
+    horner("below", (105, 45, 1) if single else (10395, 4725, 210, 1))
+    lines.extend(("t = y * above / below", "e = (1.0 + t) / (1.0 - t)", "n_0 = abs(k)"))
+    n, power_of_two = "n_0", ""
+    for j in range(6 if single else 9, -1, -1):
+        size, factor = 2.0**j, 2.0 ** (2.0**j)
+        grown, kept = (
+            (f"{power_of_two} * {factor}", power_of_two) if power_of_two else (factor, 1.0)
+        )
+        lines.append(f"power_{j} = {kept} if {n} < {size} else {grown}")
+        if j:
+            lines.append(f"rest_{j} = {n} if {n} < {size} else {n} - {size}")
+        n, power_of_two = f"rest_{j}", f"power_{j}"
+    lines.append("value = e / power_0 if k < 0.0 else e * power_0")
+    found["exp"] = text("exp(v: float)", "value")
+
+    reduced("v", _HALF_PI, _V, (11, 23) if single else (25, 51))
+    lines.append("z = r_3 * r_3")
+    odd, even = (4, 5) if single else (8, 8)
+    horner("odd", [Fraction((-1) ** j, math.factorial(2 * j + 1)) for j in range(1, odd + 1)])
+    lines.append("sine = r_3 + r_3 * z * odd")
+    horner("even", [Fraction((-1) ** j, math.factorial(2 * j)) for j in range(2, even + 1)])
+    lines.extend(("fall = z * (0.5 - z * even)", "cosine = 0.75 - fall + 0.25"))
+    lines.append("turns = k + shift")
+    whole("full", "turns", 0.25)
+    lines.extend(("place = turns - 4.0 * full", "square = place * place"))
+    lines.append("far = cosine if square < 2.0 else sine")
+    lines.append("size = sine if square < 0.5 else far")
+    lines.extend(("minus = -size", "left = minus if place < -0.5 else size"))
+    lines.append("right = minus if 1.5 < place else left")
+    found["wave"] = text("wave(v: float, shift: float)", "right")
+    return found
+
+
+def _plain(function: ast.FunctionDef) -> str:
+    """Text of a function without docstring and without rounding to binary32."""
+
+    class Unrounded(ast.NodeTransformer):
+        def visit_Call(self, node: ast.Call) -> ast.AST:
+            self.generic_visit(node)
+            rounds = isinstance(node.func, ast.Name) and node.func.id == "single"
+            return node.args[0] if rounds and len(node.args) == 1 else node
+
+    if isinstance(function.body[0], ast.Expr):
+        function.body.pop(0)
+    return ast.unparse(Unrounded().visit(function))
+
+
+def _check_portable(path: str, texts: Sequence[str], arithmetic: Arithmetic) -> None:
+    """Want the functions of a file to be those that were proved, and no other."""
+    proved = {
+        name: ast.unparse(ast.parse(text)) for name, text in portable_functions(arithmetic).items()
+    }
+    found: list[str] = []
+    for text in texts:
+        try:
+            function = ast.parse(text).body[0]
+        except SyntaxError:
+            raise MalformedError(f"{path}: a portable function that cannot be read") from None
+        name = getattr(function, "name", "").removeprefix("portable_")
+        if (
+            not isinstance(function, ast.FunctionDef)
+            or name in found
+            or _plain(function) != proved.get(name)
+        ):
+            raise MalformedError(f"{path}: portable {name} is not the function that was proved")
+        found.append(name)
+    if found and arithmetic.math == "libm":
+        raise MalformedError(f"{path}: functions of its own, where those of the libm are certified")
+
+
+_LIBM = "acos acosh asin asinh atan atanh atan2 cbrt ceil cos cosh erf erfc exp exp2 expm1 fabs"
+_LIBM += " fdim floor fma fmax fmin fmod hypot ldexp lgamma log log10 log1p log2 nearbyint pow"
+_LIBM += " remainder rint round scalbn sin sinh sqrt tan tanh tgamma trunc"
+
+
+def _check_c_arithmetic(code: str, name: str, arithmetic: Arithmetic) -> None:
+    """Want every literal and every function call of the C code to be of the certified type."""
+    suffix = "f" if arithmetic.single else ""
+    for literal in re.findall(
+        r"(?<![\w.])(?:\d+\.\d*|\.\d+|\d+(?=[eE]))(?:[eE][-+]?\d+)?\w*", code
+    ):
+        if literal.endswith("F") != arithmetic.single or literal[-1] not in "0123456789.F":
+            raise MalformedError(
+                f"{name}.c: the literal {literal} is not of type {arithmetic.real}"
+            )
+    if re.search(r"\b0[xX][\w.]*[pP]", code):
+        raise MalformedError(f"{name}.c: a hexadecimal literal: no controller needs that")
+    if arithmetic.single and re.search(r"\bdouble\b", code):
+        raise MalformedError(f"{name}.c: a double where everything is certified as float")
+    for word in _LIBM.split():
+        for end in ("", "f", "l"):
+            allowed = end == suffix and (arithmetic.math == "libm" or word == "fabs")
+            if not allowed and re.search(rf"\b{word}{end}\b", code):
+                raise MalformedError(f"{name}.c: {word}{end} is not what the certificate is about")
+
+    def binary64(literal: re.Match[str]) -> str:
+        value = _literal(literal.group(), arithmetic, ".c")
+        return "unreadable" if value is None else repr(float(value))
+
+    form = rf"static {name}_real {name}_(tanh|exp|wave)\(([^)]*)\)\s*{{(.*?)}}"
+    functions = []
+    for head, parameters, body in re.findall(form, code, re.DOTALL):
+        lines = [" ".join(line.split()) for line in body.split(";") if line.strip()]
+        given = re.sub(rf"{name}_real (\w+)", r"\1: float", parameters)
+        text = [f"def portable_{head}({given}) -> float:"]
+        for line in lines:
+            plain = re.sub(rf"^const {name}_real ", "", line)
+            plain = re.sub(r"[\d.][\d.e+-]*F\b", binary64, plain).replace(f"fabs{suffix}(", "abs(")
+            plain = re.sub(r"= \((.+?)\) \? (.+) : (.+)$", r"= (\2) if (\1) else (\3)", plain)
+            text.append(f"    {plain}")
+        functions.append("\n".join(text))
+    if len(re.findall(rf"\b{name}_real {name}_(?:tanh|exp|wave)\b", code)) != len(functions):
+        raise MalformedError(f"{name}.c: a portable function that cannot be read")
+    _check_portable(f"{name}.c", functions, arithmetic)
+
+
+def _check_python_arithmetic(source: str, arithmetic: Arithmetic) -> None:
+    """Want the functions of controller.py to be of the certified kind."""
+    own: list[str] = []
+    for item in ast.walk(ast.parse(source)):
+        bound = getattr(item, "name", getattr(item, "id", getattr(item, "arg", "")))
+        stored = not isinstance(item, ast.Name) or not isinstance(item.ctx, ast.Load)
+        if isinstance(bound, str) and bound.startswith("portable_") and stored:
+            own.append(ast.unparse(item))
+        reads = isinstance(item, ast.ImportFrom) and item.module == "math"
+        reads = reads or (isinstance(item, ast.Attribute) and item.attr in _LIBM.split())
+        if reads and arithmetic.math == "portable":
+            raise MalformedError("controller.py: a function of the libm is not portable")
+    if ("from struct import" in source) != arithmetic.single:
+        raise MalformedError(f"controller.py: not rounded as numbers of type {arithmetic.real}")
+    _check_portable("controller.py", own, arithmetic)
+
+
 _IMPORTED = {
     "__future__": {"annotations"},
+    "struct": {"pack", "unpack"},
     "enum": {"IntEnum"},
     "typing": {"TYPE_CHECKING"},
     "collections.abc": {"Sequence"},
@@ -5982,12 +6369,13 @@ def check_controller(path: Path, obligations: Obligations, design: Design) -> in
         return lo + (hi - lo) * (state / (1 << 64))
 
     problem = obligations.problem
+    span = problem.latest / ONE
     count, last = 0, len(obligations.laws)
     try:
         spec.loader.exec_module(module)
         for run in range(8):
             controller = module.Controller()
-            t_0 = draw(0.0, 10.0)
+            t_0 = draw(0.0, min(10.0, span / 16.0))
             bound = problem.reference_bounds if problem.reference is None else None
             start = [draw(lo / ONE, hi / ONE) for lo, hi in problem.starts]
             first: float | list[float] = 0.0
@@ -5998,8 +6386,9 @@ def check_controller(path: Path, obligations: Obligations, design: Design) -> in
                 first = _possible_reference(problem, start[0], draw(-1.0, 1.0))
                 first = _with_derivatives(problem, first, draw)
             for j in range(25):
-                late = 9e5 * 10.0 ** ((j - 24) / 2.0) * draw(0.5, 1.0)
+                late = 0.9 * span * 10.0 ** ((j - 24) / 2.0) * draw(0.5, 1.0)
                 early = draw(20.0, 40.0) if 0 < j < 13 else 0.0
+                early = min(early, 0.5 * span)
                 if design.duration is not None and run % 2:
                     early = min(early, 8.0 * design.duration)
                 t = t_0 + ((j / 24.0) ** 2 * early if j < 13 else late) if j else t_0
@@ -6021,7 +6410,7 @@ def check_controller(path: Path, obligations: Obligations, design: Design) -> in
                     _judge_stage(controller.stage, memory.stage + 1)
                 count += 1
             widths = obligations.laws[memory.stage].widths
-            _judge_refusals(controller, (t_0, t), (x, u), (y,) if bound else (), widths[-1])
+            _judge_refusals(controller, (t_0, t, span), (x, u), (y,) if bound else (), widths[-1])
     except MalformedError:
         raise
     except Exception as error:  # noqa: BLE001
@@ -6031,16 +6420,18 @@ def check_controller(path: Path, obligations: Obligations, design: Design) -> in
 
 def _judge_refusals(
     controller: Any,
-    times: tuple[float, float],
+    times: tuple[float, float, float],
     last: tuple[Sequence[float], float],
     references: Sequence[Any],
     width: Fraction,
 ) -> None:
     """Pass samples after the last one that no law may be applied to, or that left the tube."""
-    (t_0, t), (x, u) = times, last
+    (t_0, t, span), (x, u) = times, last
+    # Less than any other number of the type below t, and beyond what is accepted.
+    before = math.nextafter(t, -math.inf) if span > 10**5 else t * (1.0 - 2.0**-22)
     for bad_t, bad_x, wanted in (
-        (math.nextafter(t, -math.inf), x[0], 3),
-        (t_0 + 1.1e6, x[0], 3),
+        (before, x[0], 3),
+        (t_0 + 1.1 * span, x[0], 3),
         (math.nan, x[0], 2),
         (t, math.nan, 2),
         (t, -math.inf, 2),

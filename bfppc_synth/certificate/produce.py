@@ -11,14 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 from bfppc_synth.certificate import checker
 from bfppc_synth.certificate.answers import judged_inequalities
+from bfppc_synth.certificate.numbers import design_document
 from bfppc_synth.certificate.trees import find_trees
+from bfppc_synth.model.arithmetic import DEFAULT
 from bfppc_synth.model.certificate import Certificate, Verdict
-from bfppc_synth.model.shapes import Theorem1Gain
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from bfppc_synth.certificate.checker import Obligation, Obligations
+    from bfppc_synth.model.arithmetic import Arithmetic
     from bfppc_synth.model.shapes import Gain
     from bfppc_synth.model.stages import Stage
     from bfppc_synth.model.tight import TightBounds
@@ -39,6 +41,7 @@ def produce_certificate(
     stages: tuple[Stage, ...] = (),
     transition: float | None = None,
     tight: TightBounds | None = None,
+    arithmetic: Arithmetic = DEFAULT,
 ) -> dict[str, Any]:
     """Write the certificate of a design, proved or not.
 
@@ -60,6 +63,8 @@ def produce_certificate(
         T_s of center nominal [s].
     tight : TightBounds, optional
         Claimed loads and rate, where the plant file asks for bounds tight.
+    arithmetic : Arithmetic
+        What the controller computes with; all numbers are of its type.
 
     Returns
     -------
@@ -71,11 +76,7 @@ def produce_certificate(
     ----------
     docs/theory.md section 6.
     """
-    design = _design(shapes, half_widths, c_0, stages)
-    if transition is not None:
-        design["T_s"] = float(transition).hex()
-    if tight is not None:
-        design["tight"] = {"load": _hex(tight.load), "rate": float(tight.rate).hex()}
+    design = design_document(shapes, half_widths, c_0, stages, transition, arithmetic, tight)
     claims: list[dict[str, Any]] = []
     enclosures: dict[str, list[str]] = {}
     peak, method = 0.0, "unified"
@@ -91,7 +92,7 @@ def produce_certificate(
         enclosures = {
             key: checker.hex_pair(value) for key, value in sorted(obligations.enclosures.items())
         }
-        peak, method = _clamp(obligations), obligations.problem.method
+        peak, method = _clamp(obligations, arithmetic), obligations.problem.method
     return {
         "format": checker.CERTIFICATE_FORMAT,
         "tool": tool,
@@ -101,47 +102,6 @@ def produce_certificate(
         "enclosures": enclosures,
         "claims": claims,
     }
-
-
-def _design(
-    shapes: tuple[Gain, ...],
-    half_widths: tuple[float, ...],
-    c_0: float | None,
-    stages: tuple[Stage, ...],
-) -> dict[str, Any]:
-    """Write the numbers that the controller contains, and those that only the proof has."""
-    design: dict[str, Any] = {
-        "p": _hex(half_widths),
-        "gains": [_gain(shape) for shape in shapes],
-    }
-    if c_0 is not None:
-        design["c_0"] = float(c_0).hex()
-    if stages:
-        design["stages"] = [
-            {
-                "p": _hex(stage.omega),
-                "gains": [_gain(shape) for shape in stage.gains],
-                "widened": _hex(stage.widened),
-            }
-            for stage in stages
-        ]
-    return design
-
-
-def _gain(gain: Gain) -> dict[str, Any]:
-    if isinstance(gain, Theorem1Gain):
-        return {
-            "gamma": float(gain.gamma).hex(),
-            "H": _hex(gain.H),
-            "c": float(gain.c).hex(),
-            "N": gain.N,
-        }
-    numbers = {"k": gain.k, "M": gain.M, "epsilon": gain.epsilon, "c": gain.c}
-    return {**{key: float(value).hex() for key, value in numbers.items()}, "N": gain.N}
-
-
-def _hex(values: tuple[float, ...]) -> list[str]:
-    return [float(value).hex() for value in values]
 
 
 def tool_name() -> str:
@@ -209,14 +169,15 @@ def _holds(obligation: Obligation) -> bool:
     return all(comparison.verdict() == "proved" for comparison in obligation.comparisons)
 
 
-def _clamp(obligations: Obligations) -> float:
+def _clamp(obligations: Obligations, arithmetic: Arithmetic) -> float:
     """U_MAX as codegen.limits computes it from the certified U and the actuator limit."""
     peak = checker.to_doubles(obligations.enclosures["U"])[1]
     limit = obligations.problem.limit
+    clamp = arithmetic.above(peak * _PEAK_ROOM)
     if limit is None:
-        return peak * _PEAK_ROOM
+        return clamp
     nearest = (limit[0] + limit[1]) / (2 * checker.ONE)
-    return peak * _PEAK_ROOM if nearest < peak else min(peak * _PEAK_ROOM, nearest)
+    return clamp if nearest < peak else min(clamp, arithmetic.below(nearest))
 
 
 def _claim(obligation: Obligation) -> dict[str, Any]:

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from bfppc_synth.codegen.checks import CHECKS, beyond_limits
+from bfppc_synth.codegen.portable import CALLS
 from bfppc_synth.codegen.printing import INFIX, render
 from bfppc_synth.codegen.provenance import banner, heading
 from bfppc_synth.codegen.python import (
@@ -21,6 +23,8 @@ from bfppc_synth.model.law import Operator, Variable
 from bfppc_synth.resources import template_environment
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from bfppc_synth.codegen.printing import Line
     from bfppc_synth.model.law import Law, NamedConstant, Provenance, Range, Statement
 
@@ -32,6 +36,7 @@ FILES = {
     "c/Makefile": "c/Makefile.jinja",
     "c/CMakeLists.txt": "c/CMakeLists.txt.jinja",
     "c/README.md": "c/README.md.jinja",
+    **CHECKS,
 }
 _WIDTH = 100
 _FUNCTIONS = {
@@ -79,6 +84,11 @@ def render_c(law: Law, provenance: Provenance) -> dict[str, str]:
     }
 
 
+def c_literal(law: Law) -> Callable[[float], str]:
+    """Return what writes a number of the law in C."""
+    return _CSyntax(law).literal
+
+
 def _context(law: Law, provenance: Provenance) -> dict[str, object]:
     syntax = _CSyntax(law)
     center = render(law.center.statements, (*law.center.r, law.center.v), syntax)
@@ -101,11 +111,14 @@ def _context(law: Law, provenance: Provenance) -> dict[str, object]:
         "status": provenance.status,
         "order": law.order,
         "formula": law.formula,
-        "certified": [_constant_line(law.name, constant) for constant in law.certified],
+        "real": law.arithmetic.real.value,
+        "zero": syntax.literal(0.0),
+        "portable": _portable(law, syntax),
+        "certified": [_constant_line(constant, syntax) for constant in law.certified],
         "unread": [
             f"{law.name}_{constant.name}" for constant in law.certified if not constant.used
         ],
-        "limits": [_constant_line(law.name, constant) for constant in law.limits],
+        "limits": [_constant_line(constant, syntax) for constant in law.limits],
         "derived": _declared(law, render(law.derived, (), syntax).lines, indent=12),
         "inputs": [_within(test, syntax) for test in law.inputs],
         "reference_tests": [_within(test, syntax) for test in law.reference_ranges],
@@ -118,15 +131,11 @@ def _context(law: Law, provenance: Provenance) -> dict[str, object]:
         "latched": latched_values(law, syntax),
         "start": [_within(test, syntax) for test in law.start],
         "center": _declared(law, center.lines, indent=12),
-        "feedback": _declared(law, feedback.lines, indent=12),
-        # Center nominal divides: a command held back because v has no value is not OK.
-        "tube": [
-            *(_within(test, syntax) for test in law.tube),
-            *([] if law.center.latch is None else ["(isfinite(v) != 0)"]),
-        ],
+        "feedback": _judged(law, feedback.lines, syntax),
+        "tube": [_within(test, syntax) for test in law.tube],
         "switching": _switching(law, syntax),
-        "example_x": ", ".join(repr(value) for value in _middle(law)),
-        "example_period": repr(law.period or 0.001),
+        **beyond_limits(law, syntax.literal),
+        "example_x": ", ".join(syntax.literal(value) for value in _middle(law)),
         "u_max": repr(law.u_max),
         "accuracy": repr(law.accuracy),
         "transition": next((c.value for c in law.certified if c.name == "T_s"), None),
@@ -143,8 +152,22 @@ def _latch(law: Law, syntax: _CSyntax) -> dict[str, object] | None:
     return {
         "signals": _declared(law, signals.lines, indent=12),
         "start": _declared(law, start.lines, indent=16),
-        "offset": latched_offset(law),
+        "offset": latched_offset(law, syntax),
     }
+
+
+def _portable(law: Law, syntax: _CSyntax) -> list[dict[str, object]]:
+    """Lay out the functions that the file contains."""
+    return [
+        {
+            "name": function.name,
+            "summary": function.summary,
+            "parameters": ", ".join(f"{law.name}_real {name}" for name in function.parameters),
+            "lines": _declared(law, render(function.statements, (), syntax).lines, indent=4),
+            "value": render((), (function.value,), syntax).results[0],
+        }
+        for function in law.functions
+    ]
 
 
 def _switching(law: Law, syntax: _CSyntax) -> dict[str, object] | None:
@@ -180,6 +203,18 @@ def _switching(law: Law, syntax: _CSyntax) -> dict[str, object] | None:
     }
 
 
+def _judged(law: Law, lines: tuple[Line, ...], syntax: _CSyntax) -> list[str]:
+    """Declare results, and test each error where it is known: none is kept over a call of tanh."""
+    tests = {test.variable: _within(test, syntax) for test in law.tube}
+    # Center nominal divides: a command held back because v has no value is not OK.
+    declared = [] if law.center.latch is None else ["inside = (isfinite(v) != 0);"]
+    for line in lines:
+        declared += _declared(law, (line,), indent=12)
+        if line.target in tests:
+            declared.append(f"inside = inside && {tests[line.target]};")
+    return declared
+
+
 def _middle(law: Law) -> tuple[float, ...]:
     """Middle of the box of first samples."""
     limits = {constant.name: float(constant.value) for constant in law.limits}
@@ -189,8 +224,9 @@ def _middle(law: Law) -> tuple[float, ...]:
     )
 
 
-def _constant_line(name: str, constant: NamedConstant) -> str:
-    return f"static const {name}_real {name}_{constant.name} = {float(constant.value)!r};"
+def _constant_line(constant: NamedConstant, syntax: _CSyntax) -> str:
+    name, value = syntax.name, syntax.literal(float(constant.value))
+    return f"static const {name}_real {name}_{constant.name} = {value};"
 
 
 def _declared(law: Law, lines: tuple[Line, ...], *, indent: int) -> list[str]:
@@ -224,10 +260,16 @@ class _CSyntax:
 
     def __init__(self, law: Law) -> None:
         self.name = law.name
+        self._arithmetic = law.arithmetic
         self._constants = {constant.name for constant in (*law.certified, *law.limits)}
 
     def literal(self, value: float) -> str:
-        return repr(value)
+        suffix = "F" if self._arithmetic.single else ""
+        return self._arithmetic.literal(self._arithmetic.nearest(value)) + suffix
+
+    def rounded(self, text: str) -> str:
+        # The type of the operands says what is rounded to.
+        return text
 
     def variable(self, name: str) -> str:
         # u is the caller's pointer.
@@ -238,7 +280,13 @@ class _CSyntax:
         return INFIX.get(statement.operator)
 
     def call(self, statement: Statement, arguments: tuple[str, ...]) -> str:
-        return f"{_FUNCTIONS[statement.operator]}({', '.join(arguments)})"
+        operator = statement.operator
+        if self._arithmetic.portable and operator in CALLS:
+            name, more = CALLS[operator]
+            passed = ", ".join((*arguments, *map(self.literal, more)))
+            return f"{self.name}_{name}({passed})"
+        suffix = "f" if self._arithmetic.single else ""
+        return f"{_FUNCTIONS[operator]}{suffix}({', '.join(arguments)})"
 
     def select(self, condition: str, then: str, otherwise: str) -> str:
         return f"({condition}) ? {then} : {otherwise}"

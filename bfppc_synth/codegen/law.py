@@ -6,12 +6,13 @@ left out) is settled in the ``Law``; the printers and templates only write it do
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bfppc_synth.codegen.center import performance_center, reanchored_center
 from bfppc_synth.codegen.limits import (
-    ELAPSED_LIMIT,
     certified_constants,
+    elapsed_limit,
     input_ranges,
     nearest,
     reference_ranges,
@@ -21,6 +22,7 @@ from bfppc_synth.codegen.limits import (
     tube_ranges,
     tube_statements,
 )
+from bfppc_synth.codegen.portable import functions_of
 from bfppc_synth.codegen.statements import StatementBuilder
 from bfppc_synth.codegen.switching import (
     handover_ranges,
@@ -70,17 +72,17 @@ def build_law(design: Design) -> Law:
     ----------
     docs/theory.md sections 2 and 3; SPEC section 3 for screening and status.
     """
-    spec = design.spec
+    spec, arithmetic = design.spec, design.arithmetic
     center = make_center(design)
     feedback = write_feedback(design.gains, center)
-    return Law(
+    law = Law(
         name=spec.name,
         title=spec.title,
         order=spec.order,
         states=spec.states,
         units=spec.units,
         accuracy=design.omega[0],
-        period=nearest(spec.sampling.period),
+        period=arithmetic.nearest(nearest(spec.sampling.period)),
         certified=certified_constants(design),
         limits=screening_limits(design),
         derived=tube_statements(design),
@@ -88,14 +90,16 @@ def build_law(design: Design) -> Law:
         reference_ranges=reference_ranges(design),
         start=start_ranges(design),
         tube=tube_ranges(design),
-        time_limit=time_limit(nearest(spec.sampling.period)),
-        elapsed_limit=ELAPSED_LIMIT,
+        time_limit=time_limit(nearest(spec.sampling.period), arithmetic),
+        elapsed_limit=elapsed_limit(nearest(spec.sampling.period), arithmetic),
         reference=_reference(design),
         center=center,
         feedback=feedback,
         formula=_formula(design.gains),
         switching=switching_of(design, center),
+        arithmetic=arithmetic,
     )
+    return replace(law, functions=functions_of(law))
 
 
 def make_center(design: Design) -> CenterBlock:
@@ -172,7 +176,7 @@ def write_feedback(
 
 
 def _phi(builder: StatementBuilder, shape: Gain, i: int, e: Variable, stage: str) -> Variable:
-    """phi_i(e) = k e + M tanh((M e)/epsilon) + c e^N, in this order; zero terms left out."""
+    """phi_i(e) = k e + M tanh((M/epsilon) e) + c e^N, in this order; zero terms left out."""
     if isinstance(shape, Theorem1Gain):
         return _phi_of_theorem1(builder, shape, i, e)
     k, M, epsilon, c = (Variable(name=f"{stage}{gain}_{i}") for gain in ("k", "M", "epsilon", "c"))
@@ -180,7 +184,8 @@ def _phi(builder: StatementBuilder, shape: Gain, i: int, e: Variable, stage: str
     if shape.k != 0.0:
         factors.append((k, e))
     if shape.M != 0.0:
-        bend = builder.emit(Operator.DIV, builder.emit(Operator.MUL, M, e), epsilon)
+        # Two constants in front: a compiler divides them once, and no step does.
+        bend = builder.emit(Operator.MUL, builder.emit(Operator.DIV, M, epsilon), e)
         factors.append((M, builder.emit(Operator.TANH, bend)))
     if shape.c != 0.0:
         factors.append((c, builder.power(e, shape.N)))

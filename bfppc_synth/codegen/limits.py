@@ -4,22 +4,25 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from bfppc_synth.codegen.switching import largest_state, stage_constants, stage_limits
+from bfppc_synth.model.arithmetic import DEFAULT
 from bfppc_synth.model.law import NamedConstant, Operator, Range, Statement, Variable
 from bfppc_synth.model.shapes import Theorem1Gain
 from bfppc_synth.model.spec import Anchor
 
 if TYPE_CHECKING:
+    from bfppc_synth.model.arithmetic import Arithmetic
     from bfppc_synth.model.design import Design
     from bfppc_synth.model.expression import Constant
 
 #: t - t_0 beyond this is refused: the elapsed time then has a resolution of 0.1 ns [s].
 ELAPSED_LIMIT = 1e6
-#: Mantissa bits of binary64 after the leading one.
-_FRACTION_BITS = 52
+#: Longest run in binary32 where no period says what its clock must resolve [s].
+_SINGLE_RUN = 64.0
 #: What a measured reference may exceed 1.01 Y_0 by, so that Y_0 = 0 admits rounding.
 _TINY = Fraction(1, 10**9)
 _FEW_ULP = Fraction(1, 2**50)
@@ -32,23 +35,32 @@ def nearest(constant: Constant) -> float:
     return constant.approximate if constant.exact is None else float(constant.exact)
 
 
-def time_limit(period: float) -> float | None:
+def time_limit(period: float, arithmetic: Arithmetic = DEFAULT) -> float | None:
     """Find the first power of two at which one ulp of t exceeds period/16 [s].
 
     Parameters
     ----------
     period : float
         Declared sample period [s]; 0 is continuous.
+    arithmetic : Arithmetic
+        Of the clock.
 
     Returns
     -------
     float | None
-        abs(t) must stay below it; None for period 0. SPEC section 3, BAD_TIME.
+        abs(t) must stay below it; None for period 0 in binary64. SPEC section 3, BAD_TIME.
     """
     if period == 0.0:
-        return None
+        return _SINGLE_RUN if arithmetic.single else None
     _, exponent = math.frexp(period / 16.0)
-    return math.ldexp(1.0, min(exponent + _FRACTION_BITS, 1023))
+    most = 20 if arithmetic.single else 1023
+    return math.ldexp(1.0, min(exponent + arithmetic.bits - 1, most))
+
+
+def elapsed_limit(period: float, arithmetic: Arithmetic) -> float:
+    """Longest time since the first sample [s]; in binary32 what the clock resolves."""
+    limit = time_limit(period, arithmetic)
+    return limit if arithmetic.single and limit is not None else ELAPSED_LIMIT
 
 
 def certified_constants(design: Design) -> tuple[NamedConstant, ...]:
@@ -84,23 +96,24 @@ def _clamp(design: Design) -> float:
     if design.certificate.document:
         certified = json.loads(design.certificate.document)["design"]["U_MAX"]
         return float.fromhex(certified)
-    peak, limit = design.bounds.U * _PEAK_ROOM, design.spec.actuator.limit
+    peak = design.arithmetic.above(design.bounds.U * _PEAK_ROOM)
+    limit = design.spec.actuator.limit
     if limit is None or nearest(limit) < design.bounds.U:
         return peak
     # A command at the clamp must not pass the limit that the design keeps.
-    return min(peak, nearest(limit))
+    return min(peak, design.arithmetic.below(nearest(limit)))
 
 
 def screening_limits(design: Design) -> tuple[NamedConstant, ...]:
     """List the screening limits of SPEC section 3; nothing is certified about them."""
-    spec, delta = design.spec, _resolutions(design)
+    spec, delta, arithmetic = design.spec, _resolutions(design), design.arithmetic
     constants: list[NamedConstant] = []
     for i in range(1, spec.order + 1):
         reach = Fraction(largest_state(design, i - 1)) + delta[i - 1]
         constants.append(NamedConstant(name=f"x_limit_{i}", value=_above(4 * reach)))
         eta, box = design.bounds.eta[i - 1], spec.initial[i - 1]
         if eta != 0.0:
-            constants.append(NamedConstant(name=f"eta_{i}", value=math.nextafter(eta, math.inf)))
+            constants.append(NamedConstant(name=f"eta_{i}", value=_room(design, i, eta)))
         lower = -_widened(-exact(box.lower), box.lower, delta[i - 1])
         upper = _widened(exact(box.upper), box.upper, delta[i - 1])
         constants += [
@@ -116,11 +129,25 @@ def screening_limits(design: Design) -> tuple[NamedConstant, ...]:
         NamedConstant(name=test.upper, value=_above(Fraction(101, 100) * Fraction(bound) + _TINY))
         for test, bound in zip(reference_ranges(design), _reference_bounds(design), strict=True)
     )
-    constants.append(NamedConstant(name="elapsed_limit", value=ELAPSED_LIMIT))
-    limit = time_limit(nearest(spec.sampling.period))
+    period = nearest(spec.sampling.period)
+    elapsed = elapsed_limit(period, arithmetic)
+    constants.append(NamedConstant(name="elapsed_limit", value=elapsed))
+    limit = time_limit(period, arithmetic)
     if limit is not None:
         constants.append(NamedConstant(name="time_limit", value=limit))
-    return tuple(constants)
+    return tuple(_outward(constant, arithmetic) for constant in constants)
+
+
+def _outward(constant: NamedConstant, arithmetic: Arithmetic) -> NamedConstant:
+    """Move a limit outward to a number of the code."""
+    move = arithmetic.below if constant.name.startswith("start_lower") else arithmetic.above
+    return replace(constant, value=move(constant.value))
+
+
+def _room(design: Design, i: int, eta: float) -> float:
+    """Round eta_i up; in binary32 so far that p_i + eta_i, rounded there, is not too small."""
+    own = design.arithmetic.single * 2.0**-22 * (design.omega[i - 1] + eta)
+    return math.nextafter(eta + own, math.inf)
 
 
 def _resolutions(design: Design) -> tuple[Fraction, ...]:

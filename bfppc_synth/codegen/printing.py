@@ -30,6 +30,9 @@ class Syntax(Protocol):
     def variable(self, name: str) -> str:
         """Write a name of the law."""
 
+    def rounded(self, text: str) -> str:
+        """Write the result of an infix operation, rounded where the language would not."""
+
     def infix(self, statement: Statement) -> str | None:
         """Return the sign between two operands; None where a function is called."""
 
@@ -126,7 +129,9 @@ def _expression(statement: Statement, known: Mapping[str, _Text], syntax: Syntax
     sign = syntax.infix(statement)
     if sign is not None:
         left, right = operands
-        return _Text(text=f"{left.operand} {sign} {right.operand}", atomic=False)
+        plain = f"{left.operand} {sign} {right.operand}"
+        text = syntax.rounded(plain)
+        return _Text(text=text, atomic=text != plain)
     if operator is Operator.NEG:
         return _Text(text=f"-{operands[0].operand}", atomic=False)
     if operator in _RELATIONS:

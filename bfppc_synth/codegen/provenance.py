@@ -6,10 +6,12 @@ import textwrap
 from importlib.metadata import version
 from typing import TYPE_CHECKING
 
+from bfppc_synth.model.arithmetic import DEFAULT
 from bfppc_synth.model.law import Provenance
 from bfppc_synth.model.spec import THEOREMS
 
 if TYPE_CHECKING:
+    from bfppc_synth.model.arithmetic import Arithmetic
     from bfppc_synth.model.design import Design
 
 _WIDTH = 92
@@ -42,6 +44,7 @@ def make_provenance(design: Design) -> Provenance:
         theorem=theorem or f"method {synthesis.method}, form {synthesis.form}",
         status=str(certificate.verdict),
         failures=tuple(certificate.failures) or failed,
+        arithmetic=design.arithmetic,
     )
 
 
@@ -73,7 +76,16 @@ def banner(provenance: Provenance) -> tuple[str, ...]:
     ]
     rests = "Rests on" if provenance.certified else "Would rest on"
     lines += textwrap.wrap(f"{rests}: {provenance.theorem}.", _WIDTH, subsequent_indent="  ")
+    if provenance.arithmetic != DEFAULT:
+        lines.append(describe(provenance.arithmetic))
     return tuple(lines)
+
+
+def describe(arithmetic: Arithmetic) -> str:
+    """Say in one line what the code computes with."""
+    bits = "binary32" if arithmetic.single else "binary64"
+    own = "functions of its own" if arithmetic.portable else "functions of the libm"
+    return f"Arithmetic: {bits}, {own} (--real {arithmetic.real} --math {arithmetic.mathematics})."
 
 
 def heading(name: str, title: str) -> str:

@@ -16,36 +16,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bfppc_synth.codegen.printing import INFIX, render
+from bfppc_synth.codegen.printing import render
 from bfppc_synth.codegen.provenance import banner, heading, plain
+from bfppc_synth.codegen.python_syntax import IMPORTED, PythonSyntax
 from bfppc_synth.codegen.statements import is_part
 from bfppc_synth.codegen.switching import center_arguments
-from bfppc_synth.codegen.totality import latched_ranges, raising
-from bfppc_synth.model.law import Operator, Variable
+from bfppc_synth.model.law import Variable
 from bfppc_synth.resources import template_environment
 
 if TYPE_CHECKING:
     from bfppc_synth.codegen.printing import Line, Syntax
-    from bfppc_synth.model.law import Law, Provenance, Range, Statement
+    from bfppc_synth.model.law import Law, NamedConstant, Provenance, Range
 
 _WIDTH = 100
-#: Names of the math module, as the template imports them.
-_FUNCTIONS = {
-    Operator.SQRT: "sqrt",
-    Operator.EXP: "exp",
-    Operator.LOG: "log",
-    Operator.SIN: "sin",
-    Operator.COS: "cos",
-    Operator.TAN: "tan",
-    Operator.TANH: "tanh",
-    Operator.SINH: "sinh",
-    Operator.COSH: "cosh",
-    Operator.ATAN: "atan",
-    Operator.ASINH: "asinh",
-    Operator.POW: "power",
-}
-#: math.pow under a name that is no builtin.
-_IMPORTED = {"power": "pow as power"}
 
 
 def render_controller(law: Law, provenance: Provenance) -> str:
@@ -68,7 +51,7 @@ def render_controller(law: Law, provenance: Provenance) -> str:
     ResourceError
         If the installation has no templates.
     """
-    syntax = _PythonSyntax(law)
+    syntax = PythonSyntax(law)
     center = render(law.center.statements, (*law.center.r, law.center.v), syntax)
     feedback = render(law.feedback, (Variable(name="u"),), syntax)
     derived = render(law.derived, (), syntax)
@@ -77,6 +60,8 @@ def render_controller(law: Law, provenance: Provenance) -> str:
         program = render(law.reference.statements, (law.reference.value,), syntax)
         lines = _assigned(program.lines, indent=4)
         reference = {"lines": lines, "value": program.results[0]}
+    # Rounding of a law in binary32 is written out: Python has no such numbers.
+    rounds = law.arithmetic.single
     template = template_environment().get_template("python/controller.py.jinja")
     return template.render(
         heading=heading(law.name, law.title),
@@ -84,8 +69,14 @@ def render_controller(law: Law, provenance: Provenance) -> str:
         u_unit=describe_command(law),
         banner=banner(provenance),
         formula=law.formula,
-        certified=[f"{c.name} = {c.value!r}" for c in law.certified],
-        limits=[f"{c.name} = {c.value!r}" for c in law.limits],
+        rounds=rounds,
+        entry=_entry(law) if rounds else [],
+        elapsed=syntax.rounded("t - self._t_0"),
+        offset=syntax.rounded("x_1 - y_d"),
+        portable=_portable(law, syntax),
+        real_limit=repr(law.arithmetic.largest),
+        certified=[_constant_line(constant, syntax) for constant in law.certified],
+        limits=[_constant_line(constant, syntax) for constant in law.limits],
         derived=[f"{line.target} = {line.text}" for line in derived.lines],
         order=law.order,
         states=unpacking(law),
@@ -102,14 +93,15 @@ def render_controller(law: Law, provenance: Provenance) -> str:
         tube=[*(_within(test) for test in law.tube), *_followed(law)],
         switching=_switching(law, syntax),
         # Printing the statements above has collected what they call.
-        functions=[_IMPORTED.get(name, name) for name in sorted(syntax.functions)],
+        functions=[IMPORTED.get(name, name) for name in sorted(syntax.functions)],
         helpers=sorted(syntax.helpers),
+        needs_math=rounds or bool(syntax.helpers),
         accuracy=repr(law.accuracy),
         period=repr(law.period),
     )
 
 
-def _latch(law: Law, syntax: _PythonSyntax) -> dict[str, object] | None:
+def _latch(law: Law, syntax: PythonSyntax) -> dict[str, object] | None:
     """Lay out what center nominal does before its center."""
     latch = law.center.latch
     if latch is None:
@@ -119,8 +111,32 @@ def _latch(law: Law, syntax: _PythonSyntax) -> dict[str, object] | None:
     return {
         "signals": _assigned(signals.lines, indent=8),
         "start": _assigned(start.lines, indent=12),
-        "offset": latched_offset(law),
+        "offset": latched_offset(law, syntax),
     }
+
+
+def _constant_line(constant: NamedConstant, syntax: Syntax) -> str:
+    value = constant.value
+    return f"{constant.name} = {value if isinstance(value, int) else syntax.literal(value)}"
+
+
+def _entry(law: Law) -> list[str]:
+    """Round what is passed in, as a caller of the C controller does."""
+    return [f"{name} = single({name})" for name in ("t", *(f"x_{i + 1}" for i in range(law.order)))]
+
+
+def _portable(law: Law, syntax: PythonSyntax) -> list[dict[str, object]]:
+    """Lay out the functions that the file contains."""
+    return [
+        {
+            "name": function.name,
+            "summary": function.summary,
+            "parameters": ", ".join(f"{name}: float" for name in function.parameters),
+            "lines": _assigned(render(function.statements, (), syntax).lines, indent=4),
+            "value": render((), (function.value,), syntax).results[0],
+        }
+        for function in law.functions
+    ]
 
 
 def latched_signals(law: Law) -> tuple[Variable, ...]:
@@ -130,11 +146,11 @@ def latched_signals(law: Law) -> tuple[Variable, ...]:
     return tuple(Variable(name=s.target) for s in signals if not is_part(s.target))
 
 
-def latched_offset(law: Law) -> str | None:
+def latched_offset(law: Law, syntax: Syntax) -> str | None:
     """Return x_1(0) - y_d(0) where center nominal has to screen it."""
     if not any(test.variable == "offset" for test in law.start):
         return None
-    return f"x_1 - {law.reference_ranges[0].variable}"
+    return syntax.rounded(f"x_1 - {law.reference_ranges[0].variable}")
 
 
 def latched_values(law: Law, syntax: Syntax) -> list[dict[str, str]]:
@@ -147,7 +163,7 @@ def latched_values(law: Law, syntax: Syntax) -> list[dict[str, str]]:
     return [{"name": name, "state": value} for name, value in pairs]
 
 
-def _switching(law: Law, syntax: _PythonSyntax) -> dict[str, object] | None:
+def _switching(law: Law, syntax: PythonSyntax) -> dict[str, object] | None:
     """Lay out the stages: functions of states and center, what keeps each, what follows it."""
     if law.switching is None:
         return None
@@ -177,7 +193,9 @@ def _switching(law: Law, syntax: _PythonSyntax) -> dict[str, object] | None:
         "center_results": ", ".join(read[law.order :]),
         "center_type": "float" if law.order == 1 else f"tuple[{_floats(law.order)}]",
         "center_parameters": [f"{name}: float" for name, _ in passed],
-        "center_arguments": ", ".join(value for _, value in passed),
+        "center_arguments": ", ".join(
+            syntax.rounded(value) if " - " in value else value for _, value in passed
+        ),
         "stages": stages,
     }
 
@@ -225,50 +243,3 @@ def _followed(law: Law) -> list[str]:
 def _within(test: Range) -> str:
     lower = f"-{test.upper}" if test.lower is None else test.lower
     return f"{lower} <= {test.variable} <= {test.upper}"
-
-
-class _PythonSyntax:
-    """Python expressions; remembers what has to be imported or defined for them."""
-
-    def __init__(self, law: Law) -> None:
-        elapsed = (0.0, law.elapsed_limit)
-        names = (name for name, _ in center_arguments(law))
-        known = {name: elapsed for name in names if name.startswith(("elapsed", "since"))}
-        if law.center.latch is not None:
-            known = latched_ranges(law)
-            latch = law.center.latch
-            self._raising = raising(
-                (*latch.signals, *latch.statements, *law.center.statements), known
-            )
-        else:
-            self._raising = raising(law.center.statements, known)
-        if law.reference is not None:
-            self._raising |= raising(law.reference.statements, {"t": elapsed})
-        self.functions: set[str] = set()
-        self.helpers: set[str] = set()
-
-    def literal(self, value: float) -> str:
-        return repr(value)
-
-    def variable(self, name: str) -> str:
-        return name
-
-    def infix(self, statement: Statement) -> str | None:
-        if statement.operator is Operator.DIV and statement.target in self._raising:
-            return None
-        return INFIX.get(statement.operator)
-
-    def call(self, statement: Statement, arguments: tuple[str, ...]) -> str:
-        operator = statement.operator
-        if operator is Operator.ABS:
-            return f"abs({arguments[0]})"
-        name = "divide" if operator is Operator.DIV else _FUNCTIONS[operator]
-        if statement.target in self._raising:
-            self.helpers.add(name)
-            name = f"ieee_{name}"
-        else:
-            self.functions.add(name)
-        return f"{name}({', '.join(arguments)})"
-
-    def select(self, condition: str, then: str, otherwise: str) -> str:
-        return f"{then} if {condition} else {otherwise}"

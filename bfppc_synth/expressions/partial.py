@@ -44,7 +44,7 @@ def partial_parts(tree: Node) -> tuple[Node, ...]:
         part = _partial(node)
         if part is not None:
             parts.append(part)
-        waiting.extend(reversed(_operands(node)))
+        waiting.extend(reversed(operands(node)))
     return tuple(parts)
 
 
@@ -60,7 +60,8 @@ def _partial(node: Node) -> Node | None:
             return None
 
 
-def _operands(node: Node) -> tuple[Node, ...]:
+def operands(node: Node) -> tuple[Node, ...]:
+    """List the direct parts of a node, conditions of a Piecewise included."""
     match node:
         case Operation(operands=operands):
             return operands

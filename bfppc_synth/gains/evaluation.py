@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from bfppc_synth.bounds.chain import chain_input, evaluate_chain
+from bfppc_synth.bounds.chain import Loads, chain_input, evaluate_chain
 from bfppc_synth.bounds.numbers import FloatNumbers
 from bfppc_synth.errors import EnvelopeError
 from bfppc_synth.model.certificate import Strictness
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from bfppc_synth.gains.problem import DesignProblem
     from bfppc_synth.model.bounds import ChainBounds
     from bfppc_synth.model.shapes import Shape
+    from bfppc_synth.model.tight import TightBounds
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,7 +24,8 @@ class Evaluation:
     """Shapes and half-widths with everything that follows from them.
 
     ``shortfall`` is the largest relative amount by which a right side exceeds its left side
-    (negative: every inequality holds with that much room).
+    (negative: every inequality holds with that much room). ``tight`` are the loads that it was
+    judged with; None where they are termwise.
     """
 
     shapes: tuple[Shape, ...]
@@ -33,6 +35,7 @@ class Evaluation:
     demands: tuple[Demand[float], ...]
     shortfall: float
     cost: float
+    tight: TightBounds | None = None
 
     def holds(self, margin: float) -> bool:
         """Whether every inequality holds with this relative margin, and the limit is kept."""
@@ -48,7 +51,11 @@ class Judge:
         self.residual = problem.float_residual()
 
     def evaluate(
-        self, shapes: tuple[Shape, ...], half_widths: tuple[float, ...], alternative: str
+        self,
+        shapes: tuple[Shape, ...],
+        half_widths: tuple[float, ...],
+        alternative: str,
+        tight: TightBounds | None = None,
     ) -> Evaluation | None:
         """Evaluate one alternative; None where an envelope or a number breaks down.
 
@@ -61,7 +68,10 @@ class Judge:
         generic = tuple(shape.generic for shape in shapes)
         start = chain_input(generic, half_widths, problem.center, problem.conditions, self.numbers)
         try:
-            bounds = evaluate_chain(start, self.residual, self.numbers, problem.theorem.rules)
+            loads = None if tight is None else Loads(load=tight.load, rate=tight.rate)
+            bounds = evaluate_chain(
+                start, self.residual, self.numbers, problem.theorem.rules, loads
+            )
             if min(bounds.g_min) <= 0.0:
                 return None
             demands = problem.theorem.demands(alternative, start, bounds, self.numbers, None)
@@ -83,12 +93,18 @@ class Judge:
             demands=demands,
             shortfall=shortfall,
             cost=cost,
+            tight=tight,
         )
 
-    def best(self, shapes: tuple[Shape, ...], half_widths: tuple[float, ...]) -> Evaluation | None:
+    def best(
+        self,
+        shapes: tuple[Shape, ...],
+        half_widths: tuple[float, ...],
+        tight: TightBounds | None = None,
+    ) -> Evaluation | None:
         """Return the alternative with the most room."""
         found = [
-            self.evaluate(shapes, half_widths, alternative)
+            self.evaluate(shapes, half_widths, alternative, tight)
             for alternative in self.problem.theorem.alternatives()
         ]
         judged = [evaluation for evaluation in found if evaluation is not None]

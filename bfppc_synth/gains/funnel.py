@@ -12,18 +12,18 @@ from bfppc_synth.expressions.evaluate import evaluate_float
 if TYPE_CHECKING:
     from bfppc_synth.model.plant import Plant
 
-# What the search of T_s begins with [s].
-_LONGEST = 32.0
-_TRIED = tuple(_LONGEST * 0.5**k for k in range(24))
+_OCTAVES = 24
 
 
-def longest_kept(plant: Plant) -> float:
-    """Search the longest T_s, up to 32 s, whose transition stays in the funnel.
+def longest_kept(plant: Plant, most: float) -> float:
+    """Search the longest T_s, up to ``most``, whose transition stays in the funnel.
 
     Parameters
     ----------
     plant : Plant
         Its funnel admits the starts; without a funnel every T_s will do.
+    most : float
+        What the search of T_s begins with [s].
 
     Returns
     -------
@@ -33,27 +33,28 @@ def longest_kept(plant: Plant) -> float:
     Raises
     ------
     NoDesignError
-        If no T_s from 4e-6 to 32 s keeps the funnel: with the nearest miss.
+        If no T_s down to 1e-7 of ``most`` keeps the funnel: with the nearest miss.
 
     References
     ----------
     docs/theory.md section 4, "A funnel may be asked for".
     """
     funnel, accuracy = plant.funnel, plant.spec.performance.accuracy
-    if funnel is None or accuracy is None or keeps_funnel(plant, _LONGEST):
-        return _LONGEST
-    longest = longest_transition(plant, _LONGEST)
+    if funnel is None or accuracy is None or keeps_funnel(plant, most):
+        return most
+    longest = longest_transition(plant, most)
     if longest is not None:
         return longest
     needed = accuracy.approximate
-    rooms = [(transition_room(plant, at, needed), at) for at in _TRIED]
+    tried = [most * 0.5**k for k in range(_OCTAVES)]
+    rooms = [(transition_room(plant, at, needed), at) for at in tried]
     room, at = max(rooms, key=lambda pair: pair[0].lower)
     # Over so short a time no input would do: what a transition of usual length lacks counts too.
     usual, length = max(rooms[:9], key=lambda pair: pair[0].lower)
     height = evaluate_float(funnel, {plant.time: room.when})
     raise NoDesignError(
-        f"no certified design for {plant.spec.path}: no transition from {_TRIED[-1]:.2g} to"
-        f" {_LONGEST:g} s stays in performance.funnel\n"
+        f"no certified design for {plant.spec.path}: no transition from {tried[-1]:.2g} to"
+        f" {most:g} s stays in performance.funnel\n"
         f"  the nearest miss: with T_s = {at:.3g} s, |b(t)| + accuracy is"
         f" {height - room.reached + needed:.7g} at t = {room.when:.3g} s, and the funnel"
         f" {height:.7g}\n"

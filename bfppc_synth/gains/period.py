@@ -12,13 +12,17 @@ from bfppc_synth.gains.methods.theorem3 import retimed
 if TYPE_CHECKING:
     from bfppc_synth.gains.problem import DesignProblem
     from bfppc_synth.model.shapes import Shape
+    from bfppc_synth.model.tight import TightBounds
 
 _KEPT = 1e-6
 _STEPS = 40
 
 
 def largest_period(
-    problem: DesignProblem, shapes: tuple[Shape, ...], half_widths: tuple[float, ...]
+    problem: DesignProblem,
+    shapes: tuple[Shape, ...],
+    half_widths: tuple[float, ...],
+    tight: TightBounds | None = None,
 ) -> float:
     """Bisect for the largest h at which every inequality still holds.
 
@@ -28,6 +32,8 @@ def largest_period(
         The delay is kept; the actuator limit does not depend on h.
     shapes, half_widths
         The design.
+    tight : TightBounds, optional
+        Its tight bounds, which do not depend on h.
 
     Returns
     -------
@@ -44,7 +50,7 @@ def largest_period(
         posed = retimed(problem, conditions)
         if posed is None:
             return False
-        found = Judge(posed).best(shapes, half_widths)
+        found = Judge(posed).best(shapes, half_widths, tight)
         return found is not None and found.holds(_KEPT)
 
     low, high = -30.0, 3.0

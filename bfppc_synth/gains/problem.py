@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from bfppc_synth.bounds.nominal_residual import NominalResidual
 from bfppc_synth.bounds.residual import PerformanceResidual
 from bfppc_synth.majorants.targets import FloatArithmetic
+from bfppc_synth.model.arithmetic import DEFAULT
 from bfppc_synth.model.shapes import GenericShape, Terms
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from bfppc_synth.gains.methods.demands import Theorem
     from bfppc_synth.gains.methods.theorem3 import Staging
     from bfppc_synth.majorants.arithmetic import Arithmetic
+    from bfppc_synth.model.arithmetic import Arithmetic as CodeArithmetic
     from bfppc_synth.model.bounds import CenterBounds, Conditions, Majorants
     from bfppc_synth.model.plant import Plant
     from bfppc_synth.model.spec import GainSpec
@@ -74,7 +76,8 @@ class DesignProblem:
     ``accuracy`` is p_1; ``half_widths`` p_2.. where fixed; ``limit`` the actuator limit;
     ``margin`` the relative room that every inequality of the rounded design keeps;
     ``staging`` the free stages of theorem3, whose last stage the problem is about; ``nominal``
-    is there with center nominal, and ``center`` is then its bounds.
+    is there with center nominal, and ``center`` is then its bounds. ``arithmetic`` is that of
+    the code.
     """
 
     plant: Plant
@@ -90,6 +93,7 @@ class DesignProblem:
     margin: float
     staging: Staging | None = None
     nominal: NominalCenter | None = None
+    arithmetic: CodeArithmetic = DEFAULT
 
     def residual(
         self,

@@ -54,7 +54,7 @@ def round_candidate(
         for i, p in enumerate(widths)
     )
     shapes = tuple(
-        _rounded(Shape(k=s.k, M=s.M, epsilon=s.epsilon, c=s.c, N=s.N), kinds, i, digits)
+        rounded(Shape(k=s.k, M=s.M, epsilon=s.epsilon, c=s.c, N=s.N), kinds, i, digits)
         for i, s in enumerate(generic)
     )
     for step in range(len(shapes)):
@@ -74,15 +74,17 @@ def round_candidate(
                 break
             if not math.isfinite(lack) or lack > 1.5:
                 return None
-            grown = _grown(shapes[step], kinds, step, lack, digits)
-            if grown == shapes[step]:
+            raised = grown(shapes[step], kinds, step, lack, digits)
+            if raised == shapes[step]:
                 return None
-            shapes = (*shapes[:step], grown, *shapes[step + 1 :])
+            shapes = (*shapes[:step], raised, *shapes[step + 1 :])
     found = judge.evaluate(shapes, half_widths, alternative)
     return found if found is not None and found.holds(margin / 2) else None
 
 
-def _rounded(shape: Shape, kinds: set[Slot], step: int, digits: int) -> Shape:
+def rounded(shape: Shape, kinds: set[Slot], step: int, digits: int) -> Shape:
+    """Round the free gains of one step to significant digits, to nearest."""
+
     def free(*wanted: Kind) -> bool:
         return any(Slot(kind=kind, step=step) in kinds for kind in wanted)
 
@@ -97,7 +99,7 @@ def _rounded(shape: Shape, kinds: set[Slot], step: int, digits: int) -> Shape:
     return shape
 
 
-def _grown(shape: Shape, kinds: set[Slot], step: int, factor: float, digits: int) -> Shape:
+def grown(shape: Shape, kinds: set[Slot], step: int, factor: float, digits: int) -> Shape:
     """Raise phi_i(p_i) by about ``factor`` with the gains that are free; unchanged if none is."""
 
     def free(kind: Kind) -> bool:
@@ -115,6 +117,29 @@ def _grown(shape: Shape, kinds: set[Slot], step: int, factor: float, digits: int
         # M and epsilon grow together: the bend M p / epsilon stays.
         raised = up(shape.M)
         return replace(shape, M=raised, epsilon=to_digits(shape.epsilon * raised / shape.M, digits))
+    if free(Kind.HEIGHT):
+        return replace(shape, M=up(shape.M))
+    if free(Kind.BEND):
+        return replace(shape, epsilon=to_digits(shape.epsilon / factor, digits, upward=-1))
+    if free(Kind.POWER):
+        return replace(shape, c=up(shape.c))
+    return shape
+
+
+def scaled(shape: Shape, kinds: set[Slot], step: int, factor: float, digits: int) -> Shape:
+    """Multiply the free term of a shape; the bend of a free tanh stays."""
+
+    def free(kind: Kind) -> bool:
+        return Slot(kind=kind, step=step) in kinds
+
+    def up(value: float) -> float:
+        return to_digits(value * factor, digits, upward=1)
+
+    if free(Kind.LINEAR):
+        return replace(shape, k=up(shape.k))
+    if free(Kind.TANH):
+        M = up(shape.M)
+        return replace(shape, M=M, epsilon=to_digits(shape.epsilon * M / shape.M, digits))
     if free(Kind.HEIGHT):
         return replace(shape, M=up(shape.M))
     if free(Kind.BEND):

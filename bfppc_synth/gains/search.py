@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 # Ratio of p_{i+1} to the load of step i in the starts: from a narrow to a wide inner tube.
 STARTS = (0.3, 0.05, 1.5, 0.005)
+# Tried where those lead nowhere: least ratio of p_{i+1} to how fast the center moves. A step
+# whose load is 0 says nothing about p_{i+1}, and too narrow a tube drowns in the noise.
+PACES = (0.3, 0.03)
 DIGITS = (4, 6, 9)
 # Two starts that agree this well end the multi-start.
 AGREEMENT = 1e-3
@@ -29,7 +32,12 @@ AGREEMENT = 1e-3
 NEARLY_LINEAR = 0.1
 
 
-def search(problem: DesignProblem, progress: Callable[[str], None]) -> Evaluation | None:
+def search(
+    problem: DesignProblem,
+    progress: Callable[[str], None],
+    *,
+    resume: Evaluation | None = None,
+) -> Evaluation | None:
     """Find the best rounded candidate.
 
     Parameters
@@ -38,6 +46,8 @@ def search(problem: DesignProblem, progress: Callable[[str], None]) -> Evaluatio
         What is fixed, free and wanted.
     progress : callable
         Receives one sentence per solve.
+    resume : Evaluation, optional
+        What a similar problem found: the only start where it leads anywhere.
 
     Returns
     -------
@@ -53,12 +63,13 @@ def search(problem: DesignProblem, progress: Callable[[str], None]) -> Evaluatio
     first = tuple(choice[0] for choice in choices)
     second = tuple(choice[-1] for choice in choices)
     if not slots(problem, first):
-        shapes, widths = _fixed(problem)
+        shapes, widths = fixed_design(problem)
         return judge.best(shapes, widths)
     best: Evaluation | None = None
     for pattern in dict.fromkeys((first, second)):
         found = [
-            _solve(judge, pattern, alternative, progress) for alternative in _alternatives(problem)
+            _solve(judge, pattern, alternative, progress, resume)
+            for alternative in alternatives(problem)
         ]
         for candidate in found:
             if candidate is not None and (best is None or candidate.cost < best.cost):
@@ -68,12 +79,14 @@ def search(problem: DesignProblem, progress: Callable[[str], None]) -> Evaluatio
     return best
 
 
-def _alternatives(problem: DesignProblem) -> tuple[str, ...]:
+def alternatives(problem: DesignProblem) -> tuple[str, ...]:
+    """Name the forms of the last inequality that are worth a search."""
     names = problem.theorem.alternatives()
     return names if problem.conditions.hold > 0.0 else names[:1]
 
 
-def _fixed(problem: DesignProblem) -> tuple[tuple[Shape, ...], tuple[float, ...]]:
+def fixed_design(problem: DesignProblem) -> tuple[tuple[Shape, ...], tuple[float, ...]]:
+    """Return the gains and half-widths of a file that fixes all of them."""
     shapes = tuple(
         Shape(k=g.k or 0.0, M=g.M or 0.0, epsilon=g.epsilon or 1.0, c=g.c or 0.0, N=g.N)
         for g in problem.gains
@@ -87,14 +100,24 @@ def _solve(
     pattern: tuple[Terms, ...],
     alternative: str,
     progress: Callable[[str], None],
+    resume: Evaluation | None,
 ) -> Evaluation | None:
     problem = judge.problem
     free = slots(problem, pattern)
     program = Program(problem, free, alternative)
     best: Evaluation | None = None
-    for number, ratio in enumerate(STARTS, start=1):
+    begin = None if resume is None else _resumed(resume, free)
+    solution = None if begin is None else program.solve(*begin)
+    if solution is not None:
+        best = _rounded(judge, solution, alternative)
+        if best is not None:
+            return best
+    starts = (*((ratio, 0.0) for ratio in STARTS), *((STARTS[0], pace) for pace in PACES))
+    for number, (ratio, pace) in enumerate(starts, start=1):
+        if pace > 0.0 and best is not None:
+            break
         progress(f"solving the gain inequalities ({alternative}), start {number}")
-        begin = _begin(judge, free, ratio)
+        begin = _begin(judge, free, ratio, pace)
         if begin is None:
             continue
         values, inner = begin
@@ -114,7 +137,7 @@ def _solve(
 
 
 def _rounded(judge: Judge, solution: Mapping[Slot, float], alternative: str) -> Evaluation | None:
-    for values in (_linearized(judge.problem, solution), dict(solution)):
+    for values in (linearized(judge.problem, solution), dict(solution)):
         for digits in DIGITS:
             found = round_candidate(judge, values, alternative, digits)
             if found is not None:
@@ -122,7 +145,7 @@ def _rounded(judge: Judge, solution: Mapping[Slot, float], alternative: str) -> 
     return None
 
 
-def _linearized(problem: DesignProblem, solution: Mapping[Slot, float]) -> dict[Slot, float]:
+def linearized(problem: DesignProblem, solution: Mapping[Slot, float]) -> dict[Slot, float]:
     """Replace each tanh that has become linear by the linear term, where that is free."""
     values = dict(solution)
     for slot, level in solution.items():
@@ -135,8 +158,29 @@ def _linearized(problem: DesignProblem, solution: Mapping[Slot, float]) -> dict[
     return values
 
 
+def _resumed(known: Evaluation, free: tuple[Slot, ...]) -> tuple[dict[Slot, float], float] | None:
+    """Start where another problem's search ended; None where a free term is 0 there."""
+    values: dict[Slot, float] = {}
+    for slot in free:
+        shape, p = known.shapes[slot.step], known.half_widths[slot.step]
+        # A tanh that was replaced by the linear term is resumed as one that hardly bends.
+        bent = shape.M > 0.0
+        bend = shape.M * p / shape.epsilon if bent else NEARLY_LINEAR
+        values[slot] = {
+            Kind.WIDTH: p,
+            Kind.LINEAR: shape.k * p,
+            Kind.TANH: shape.M * math.tanh(bend) if bent else shape.k * p,
+            Kind.BEND: bend,
+            Kind.HEIGHT: shape.M,
+            Kind.POWER: shape.c * p**shape.N,
+        }[slot.kind]
+    if not all(value > 0.0 for value in values.values()):
+        return None
+    return values, 0.7 * known.half_widths[-1]
+
+
 def _begin(
-    judge: Judge, free: tuple[Slot, ...], ratio: float
+    judge: Judge, free: tuple[Slot, ...], ratio: float, pace: float
 ) -> tuple[dict[Slot, float], float] | None:
     """Start down the chain: p_{i+1} a share of step i's load, phi_i(p_i) above F_i*."""
     problem, kinds = judge.problem, set(free)
@@ -156,7 +200,8 @@ def _begin(
             slot = Slot(kind=Kind.WIDTH, step=step + 1)
             fixed = problem.half_widths[step + 1]
             noise = problem.conditions.delta[step + 1] + 2.0 * load / widths[-1] * eta
-            wide = max(ratio * load, 3.0 * noise, 1e-3 * widths[-1])
+            least = max(1e-3 * widths[-1], pace * problem.center.rate[step])
+            wide = max(ratio * load, 3.0 * noise, least)
             widths.append(wide if fixed is None else fixed)
             if slot in kinds:
                 values[slot] = wide

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
-from bfppc_synth.bounds.chain import chain_input, evaluate_chain
+from bfppc_synth.bounds.chain import Loads, chain_input, evaluate_chain
 from bfppc_synth.bounds.residual import PerformanceResidual
 from bfppc_synth.gains.problem import assemble, log_limits
+from bfppc_synth.gains.tight_points import PointLoads
 from bfppc_synth.gains.traced import Traced, TracedArithmetic
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from bfppc_synth.bounds.chain import Residual
     from bfppc_synth.gains.positive import PositiveProblem
     from bfppc_synth.gains.problem import DesignProblem, Slot
+    from bfppc_synth.gains.tight_points import Points
 
 GRID = 32
 # The search keeps this many times the final margin, as room for rounding to few digits.
@@ -164,21 +166,38 @@ class PositiveProgram:
 
 
 class Program:
-    """One alternative and pattern of the design problem, compiled once, solved from any start."""
+    """One alternative and pattern of the design problem, compiled once, solved from any start.
 
-    def __init__(self, problem: DesignProblem, free: tuple[Slot, ...], alternative: str) -> None:
+    With ``points`` the loads are the largest at these points instead of the termwise ones:
+    each load is a variable above its values there, in shares of ``points.scales``.
+    """
+
+    def __init__(
+        self,
+        problem: DesignProblem,
+        free: tuple[Slot, ...],
+        alternative: str,
+        points: Points | None = None,
+    ) -> None:
         self._free = free
         self._needs_inner = not problem.exact and alternative != "T2"
-        count = len(free) + (1 if self._needs_inner else 0)
-        variables = ca.SX.sym("log", count)
+        self._loads = 0 if points is None else problem.order + 1
+        count = len(free) + self._loads
+        variables = ca.SX.sym("log", count + (1 if self._needs_inner else 0))
         numbers = CasadiNumbers()
         residual = _Residual(problem.residual, problem.accuracy, problem.order)
         values: Mapping[Slot, Any] = {slot: ca.exp(variables[j]) for j, slot in enumerate(free)}
         shapes, widths = assemble(problem, values, numbers)
         start = chain_input(shapes, widths, problem.center, problem.conditions, numbers)
-        bounds = evaluate_chain(start, residual, numbers, problem.theorem.rules)
-        inner = ca.exp(variables[count - 1]) if self._needs_inner else None
-        rows, room = [], ROOM * problem.margin
+        rows, room, loads = [], ROOM * problem.margin, None
+        if points is not None:
+            shares = [variables[len(free) + j] for j in range(self._loads)]
+            pressed = [share * scale for share, scale in zip(shares, points.scales, strict=True)]
+            loads = Loads(load=tuple(pressed[:-1]), rate=pressed[-1])
+            values_there = PointLoads(problem, shapes, widths, numbers, ca)
+            rows += _pressed(values_there, points, shares)
+        bounds = evaluate_chain(start, residual, numbers, problem.theorem.rules, loads)
+        inner = ca.exp(variables[count]) if self._needs_inner else None
         for demand in problem.theorem.demands(alternative, start, bounds, numbers, inner):
             floor = LEAST_RATE * widths[demand.step]
             rows.append(ca.log(demand.lhs) - ca.log(demand.rhs + floor) - room)
@@ -189,17 +208,23 @@ class Program:
         goal = weights.peak_input * ca.log(bounds.U + 1e-300) + weights.slope * ca.log(bounds.slope)
         self._solver = _Solver(variables, goal, rows)
 
-    def solve(self, start: Mapping[Slot, float], inner: float) -> dict[Slot, float] | None:
+    def solve(
+        self, start: Mapping[Slot, float], inner: float, reach: float = 30.0
+    ) -> dict[Slot, float] | None:
         """Solve from positive start values; None where the iterates broke down.
 
-        ``inner`` is the start of phi_n's argument in the last inequality, below p_n.
+        ``inner`` is the start of phi_n's argument in the last inequality, below p_n; ``reach``
+        how far a log may move from its start.
 
         The result is a candidate, whatever the solver's status says: the caller re-evaluates it.
         """
         guess = [math.log(start[slot]) for slot in self._free]
         limits = [log_limits(slot) for slot in self._free]
-        lower = [max(low, g - 30.0) for (low, _), g in zip(limits, guess, strict=True)]
-        upper = [min(high, g + 30.0) for (_, high), g in zip(limits, guess, strict=True)]
+        lower = [max(low, g - reach) for (low, _), g in zip(limits, guess, strict=True)]
+        upper = [min(high, g + reach) for (_, high), g in zip(limits, guess, strict=True)]
+        guess += [1.0] * self._loads
+        lower += [0.0] * self._loads
+        upper += [math.inf] * self._loads
         if self._needs_inner:
             guess.append(math.log(inner))
             lower.append(-60.0)
@@ -208,3 +233,12 @@ class Program:
         if logs is None:
             return None
         return {slot: math.exp(value) for slot, value in zip(self._free, logs, strict=False)}
+
+
+def _pressed(values: PointLoads, points: Points, shares: list[Any]) -> list[Any]:
+    """Ask every load to be at least its value at each point, in shares of its scale."""
+    *scales, rate = points.scales
+    rows = [shares[-1] - values.rate(point) / rate for point in points.rate]
+    for step, facet in enumerate(points.facets):
+        rows += [shares[step] - values.load(step, point) / scales[step] for point in facet]
+    return rows

@@ -33,6 +33,10 @@ def explained(
     ----------
     docs/theory.md section 2, the divided form of F_i*, and section 4 for center nominal.
     """
+    if found.tight is not None:
+        ahead = found.half_widths[step + 1 : step + 2]
+        parts = [("residual, tight", found.tight.load[step])]
+        return _shares([*parts, *((f"p_{step + 2}", p) for p in ahead)])
     if problem.nominal is None:
         return binding_terms(found.bounds, found.half_widths, problem.center, step)
     bounds, g = found.bounds, found.bounds.g_min[step]

@@ -14,22 +14,26 @@ from bfppc_synth.gains.search import search
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from bfppc_synth.gains.evaluation import Evaluation
     from bfppc_synth.gains.problem import DesignProblem
 
-# Octaves of a second; beyond the ends only while that still helps.
-_FIRST = tuple(range(-3, 6))
+# Octaves below the longest, from the middle outward: what one costs tells which others cannot
+# pay. Beyond the ends only while that still helps.
+_FIRST = (-3, -4, -2, -5, -1, -6, 0, -7)
 _FURTHEST = 14
 _REFINEMENTS = 4
 _DIGITS = 3
 # A gain this small does not justify another octave.
 _FLAT = 1e-4
+# What half the time is worth: where the cost is flat, the shorter transition is taken.
+_PER_OCTAVE = 1e-3
 
 
 def choose_transition(
     pose: Callable[[float], DesignProblem],
     progress: Callable[[str], None],
     *,
-    longest: float = 2.0 ** _FIRST[-1],
+    longest: float = 10.0,
 ) -> float:
     """Search T_s on a grid of its logarithm, then around the best.
 
@@ -40,7 +44,7 @@ def choose_transition(
     progress : callable
         Receives one sentence.
     longest : float
-        Upper end of the first grid [s]: the longest T_s that a funnel allows.
+        The longest T_s [s] that is considered while a shorter one has a design.
 
     Returns
     -------
@@ -55,20 +59,23 @@ def choose_transition(
 
     References
     ----------
-    docs/theory.md section 4: a short T_s costs feedforward, a long one tracks late.
+    docs/theory.md section 4: a short T_s costs feedforward, a long one tracks late, and no T_s
+    is too long for the peak input alone, so it has to end within ``longest``. No shorter T_s that
+    was tried costs less; a longer one may, by a thousandth for twice the time.
     """
     progress("choosing the transition time")
     candidates = _Candidates(pose, longest)
-    best = candidates.best_on_grid()
+    best = candidates.best()
     if math.isinf(candidates.cost(best)):
         candidates = candidates.without_limit()
-        best = candidates.best_on_grid()
+        best = candidates.best()
     if math.isinf(candidates.cost(best)):
         return candidates.least_feedforward()
     step = math.sqrt(2.0)
     for _ in range(_REFINEMENTS):
-        around = (best, to_digits(best / step, _DIGITS), to_digits(best * step, _DIGITS))
-        best = min(around, key=candidates.cost)
+        wider = to_digits(best * step, _DIGITS)
+        longer = (wider,) if wider <= max(longest, best) else ()
+        best = min((best, to_digits(best / step, _DIGITS), *longer), key=candidates.price)
         step = math.sqrt(step)
     return best
 
@@ -79,8 +86,11 @@ class _Candidates:
     def __init__(self, pose: Callable[[float], DesignProblem], longest: float) -> None:
         self._pose, self._longest = pose, longest
         self._costs: dict[float, float] = {}
+        self._known: dict[float, Evaluation] = {}
         self._feedforward: dict[float, float] = {}
         self._failure: EnvelopeError | None = None
+        # Gains that are all given cost the same: only the room in their inequalities counts.
+        self._per_octave = 0.0
 
     def without_limit(self) -> _Candidates:
         """Ask the same problems for the least peak input only."""
@@ -97,18 +107,28 @@ class _Candidates:
             self._costs[transition] = self._searched(transition)
         return self._costs[transition]
 
-    def best_on_grid(self) -> float:
-        """Best of the grid, which grows at an end as long as that helps."""
-        tried = [(self.cost(self._at(k)), k) for k in _FIRST]
-        for side in (-1, 1):
-            while True:
-                best, k = min(tried)
-                edge = side * max(side * j for _, j in tried)
-                if k != edge or abs(k) >= _FURTHEST or math.isinf(best):
-                    break
-                tried.append((self.cost(self._at(k + side)), k + side))
-                if tried[-1][0] > best - _FLAT:
-                    break
+    def price(self, transition: float) -> float:
+        """Return the cost and what the time itself is worth."""
+        return self.cost(transition) + self._per_octave * math.log2(transition)
+
+    def best(self) -> float:
+        """Best of the grid, which grows downward as long as that helps.
+
+        Upward it grows only until there is a design: sup|v| falls with T_s for ever.
+        """
+        tried = [(self.price(self._at(k)), k) for k in _FIRST]
+        while True:
+            best, k = min(tried)
+            shortest = min(j for _, j in tried)
+            if k != shortest or k <= -_FURTHEST or math.isinf(best):
+                break
+            tried.append((self.price(self._at(k - 1)), k - 1))
+            if self.cost(self._at(k - 1)) > self.cost(self._at(k)) - _FLAT:
+                break
+        k = 0
+        while math.isinf(min(tried)[0]) and k < _FURTHEST:
+            k += 1
+            tried.append((self.price(self._at(k)), k))
         return self._at(min(tried)[1])
 
     def least_feedforward(self) -> float:
@@ -127,9 +147,15 @@ class _Candidates:
         free = is_free(problem)
         if free and self._is_hopeless(problem):
             return math.inf
-        found = search(problem, lambda _message: None)
+        near = min(self._known, key=lambda at: abs(math.log(at / transition)), default=None)
+        known = None if near is None else self._known[near]
+        found = search(problem, lambda _message: None, resume=known)
         if found is None:
             return math.inf
+        self._known[transition] = found
+        if free:
+            weights = problem.weights
+            self._per_octave = _PER_OCTAVE * max(weights.peak_input, weights.slope)
         # Gains that are all given have no best cost, only a T_s that leaves them most room.
         return found.cost if free else found.shortfall
 
@@ -146,4 +172,5 @@ class _Candidates:
         return weights.peak_input * (math.log(feedforward) - math.log(2.0)) > best
 
     def _at(self, octave: int) -> float:
-        return to_digits(self._longest * 2.0 ** (octave - _FIRST[-1]), _DIGITS)
+        # Rounded down: a funnel allows nothing above its longest.
+        return to_digits(self._longest * 2.0**octave, _DIGITS, upward=-1)

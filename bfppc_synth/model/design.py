@@ -5,7 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from bfppc_synth.model.arithmetic import DEFAULT
+
 if TYPE_CHECKING:
+    from bfppc_synth.model.arithmetic import Arithmetic
     from bfppc_synth.model.bounds import (
         CenterBounds,
         ChainBounds,
@@ -20,6 +23,7 @@ if TYPE_CHECKING:
     from bfppc_synth.model.spec import PlantSpec
     from bfppc_synth.model.stages import Stage
     from bfppc_synth.model.theorem1 import Theorem1Bounds
+    from bfppc_synth.model.tight import Termwise, TightBounds
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,7 +34,9 @@ class Design:
     on the sample period [s] that these gains tolerate; ``stages`` are the free stages of
     theorem3, whose last stage everything else here is about (``signals`` are common to all);
     ``theorem1`` is there with that method only, ``nominal`` and
-    ``nominal_split`` with that center only.
+    ``nominal_split`` with that center only, ``tight`` and ``termwise`` with ``bounds: tight`` only.
+    ``arithmetic`` is what the code computes with: the certificate is about it, and in binary32
+    ``bounds`` contain its rounding.
     """
 
     spec: PlantSpec
@@ -48,3 +54,6 @@ class Design:
     theorem1: Theorem1Bounds | None = None
     nominal: NominalModel | None = None
     nominal_split: NominalSplit | None = None
+    tight: TightBounds | None = None
+    termwise: Termwise | None = None
+    arithmetic: Arithmetic = DEFAULT

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
+
+from bfppc_synth.model.arithmetic import DEFAULT
+
+if TYPE_CHECKING:
+    from bfppc_synth.model.arithmetic import Arithmetic
 
 SHAPE_FORMULA = "phi_i(e) = k_i e + M_i tanh(M_i e / epsilon_i) + c_i e^N_i"
 
@@ -122,6 +127,17 @@ class ReferenceBlock:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class FunctionBlock:
+    """A function that the generated file contains: statements in its parameters, and a value."""
+
+    name: str
+    summary: str
+    parameters: tuple[str, ...]
+    statements: tuple[Statement, ...]
+    value: Operand
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class StageLaw:
     """One stage of a switching law (docs/theory.md section 8).
 
@@ -158,7 +174,9 @@ class Law:
     is the largest power of two below which one ulp of t is at most period/16 (None when
     period is 0); ``elapsed_limit`` bounds t - t_0. Both in seconds. ``formula`` is phi_i in
     words for the comment above the certified constants. With ``switching`` its stages take the
-    place of ``feedback``, which is the last of them.
+    place of ``feedback``, which is the last of them. Every constant is a number of
+    ``arithmetic``; literals of statements are rounded to it where they are printed.
+    ``functions`` are those that the statements call and no library provides.
     """
 
     name: str
@@ -182,6 +200,8 @@ class Law:
     feedback: tuple[Statement, ...]
     formula: str = SHAPE_FORMULA
     switching: Switching | None = None
+    arithmetic: Arithmetic = DEFAULT
+    functions: tuple[FunctionBlock, ...] = ()
 
     @property
     def derivatives(self) -> tuple[str, ...]:
@@ -208,6 +228,7 @@ class Provenance:
     theorem: str
     status: str
     failures: tuple[str, ...]
+    arithmetic: Arithmetic = DEFAULT
 
     @property
     def certified(self) -> bool:

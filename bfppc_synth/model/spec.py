@@ -198,7 +198,7 @@ class SamplingSpec:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ActuatorSpec:
-    """The limit that the certified peak input keeps, and the actuator error bound."""
+    """The limit that U keeps, and the actuator error bound."""
 
     limit: Constant | None
     error: Constant
@@ -206,10 +206,7 @@ class ActuatorSpec:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GainSpec:
-    """Gains that the file fixes; None is free. N is always given (default 3).
-
-    gamma, H, H_star and ``epsilon`` belong to theorem1 where noted.
-    """
+    """Gains that the file fixes, None is free; gamma, H and H_star belong to theorem1."""
 
     k: Constant | None = None
     M: Constant | None = None
@@ -288,6 +285,10 @@ class PlantSpec:
     def source_bytes(self) -> bytes:
         """The bytes of the plant file; their SHA-256 is ``sha256``."""
         return self.source.encode()
+
+    def gives(self, path: str) -> bool:
+        """Whether the file itself has this dotted path."""
+        return path in dict(self.places)
 
     def place(self, path: str) -> Place:
         """Place of a dotted path, or of its nearest ancestor that the file has."""

@@ -17,3 +17,16 @@ class TightBounds:
 
     load: tuple[float, ...]
     rate: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Termwise:
+    """What termwise bounds say beside tight ones.
+
+    ``load`` is D_i / g_{m,i} + s_{i+1} and ``rate`` D_n of the same gains; ``U`` the certified
+    peak input of the best design by termwise bounds, None where they find none.
+    """
+
+    load: tuple[float, ...]
+    rate: float
+    U: float | None

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from bfppc_synth.bounds.chain import ChainRules, Coupling, Division
-from bfppc_synth.bounds.formulas import chain_formulas
-from bfppc_synth.model.spec import Form
+from bfppc_synth.bounds.formulas import chain_formulas, load_symbol
+from bfppc_synth.model.spec import BoundsKind, CenterKind, Form
 from bfppc_synth.report.formulas import displayed, inline, number, with_numbers
 from bfppc_synth.report.numbers import look_up
 from bfppc_synth.report.theorem1 import theorem1_lines
@@ -96,7 +96,12 @@ def derivation(design: Design, document: Mapping[str, object]) -> tuple[Step, ..
     printed = design.spec.synthesis.form is Form.PRINTED
     rules = ChainRules(coupling=Coupling.SIMPLE, division=Division.PRINTED)
     center = design.spec.synthesis.center
-    lines = chain_formulas(design.gains, rules if printed else ChainRules(), center)
+    lines = chain_formulas(
+        design.gains,
+        rules if printed else ChainRules(),
+        center,
+        BoundsKind.TERMWISE if design.tight is None else BoundsKind.TIGHT,
+    )
     values = _values(design, lines)
     found = {(line.field, line.index): line for line in lines}
     steps = []
@@ -150,14 +155,20 @@ def _row(
     meaning = _MEANINGS[line.field].replace("_{i}", f"_{{{index + 1}}}")
     if line.field == "D" and index == 0:
         meaning = r"all that pushes $e_{1}$"
+    elif line.field == "D" and r"R_{" in definition:
+        meaning = r"all that pushes $e_{i}$, as a supremum of the residual $R_{i}$ over the tube"
+    elif line.field == "F_star" and r"\ell" in definition:
+        meaning += r"; $\ell_{i}$ is the supremum of $\pm R_{i} / g_{i}$ on the walls of the tube"
     elif line.field == "W" and r"\sup\left|w_{" in definition:
         last = look_up(document, ("order",)) == index + 1
         ahead = "v" if last else f"r_{{{index + 2}}}"
         meaning = _RESIDUAL.replace("{i}", f"{{{index + 1}}}").replace("{ahead}", ahead)
+    elif line.field == "G" and look_up(document, ("center",)) == str(CenterKind.NOMINAL):
+        meaning = rf"largest input gain $\overline{{g}}_{{{index + 1}}}$ where the states can go"
     return Row(
         symbol=inline(line.symbol),
         keys=keys,
-        meaning=meaning.replace("_{i-1}", f"_{{{index}}}"),
+        meaning=meaning.replace("_{i}", f"_{{{index + 1}}}").replace("_{i-1}", f"_{{{index}}}"),
         formula=displayed(definition),
         numbers=() if bare else (with_numbers(displayed(numbers), document),),
     )
@@ -189,6 +200,10 @@ def _values(design: Design, lines: tuple[ChainFormula, ...]) -> dict[str, str]:
             sizes = [number("nominal", "sources", index, j, "size") for j in range(len(sources))]
             if sizes:
                 places[rf"\sup\left|w_{{{index + 1}}}\right|"] = " + ".join(sizes)
+    if design.tight is not None:
+        for index in range(design.spec.order):
+            places[load_symbol(index)] = number("tight", "load", index)
+        places[rf"\sup\left|R_{{{design.spec.order}}}\right|"] = number("tight", "rate")
     places[r"\left(h+\tau\right)"] = number("sampling", "hold")
     return places
 

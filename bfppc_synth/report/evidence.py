@@ -25,6 +25,7 @@ _PLACES = {
     "T2": ("dynamics.{state}.f_bound", "dynamics.{state}.f", "dynamics.{state}"),
     "T1": ("dynamics.{state}.f_bound", "dynamics.{state}.f", "dynamics.{state}"),
     "T3": ("synthesis.stages", "synthesis.p", "synthesis.method"),
+    "tight": ("synthesis.bounds",),
     "f_bound": ("dynamics.{state}.f_bound", "dynamics.{state}"),
     "g_bound": ("dynamics.{state}.g_bound", "dynamics.{state}.g", "dynamics.{state}"),
     "g_min": ("dynamics.{state}.g_min", "dynamics.{state}.g", "dynamics.{state}"),
@@ -49,11 +50,16 @@ def inequality_entry(spec: PlantSpec, entry: Inequality) -> dict[str, object]:
     relative = margin / scale if scale > 0.0 else math.inf
     path = _place(spec, entry.id)
     place = spec.place(path)
+    lhs, rhs = entry.lhs, entry.rhs
+    if entry.id.startswith("tight") and lhs == rhs:
+        # Proved cell by cell: there are no two numbers to print.
+        lhs = rhs = (math.inf, math.inf)
+        margin = math.inf
     return {
         "id": entry.id,
         "equation": entry.equation,
-        "lhs": finites(entry.lhs),
-        "rhs": finites(entry.rhs),
+        "lhs": finites(lhs),
+        "rhs": finites(rhs),
         "margin": finite(margin),
         "relative_margin": finite(relative),
         "holds": entry.holds,

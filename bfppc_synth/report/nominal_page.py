@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from bfppc_synth.bounds.nominal_model import sided_arguments
 from bfppc_synth.report.formulas import (
     displayed,
     expression_latex,
@@ -123,6 +124,13 @@ def _remarks(design: Design, model: NominalModel) -> tuple[str, ...]:
             found.append(f"${f} = 0$: this drift is known by a bound only, counted in full.")
         if channel.g is None:
             found.append(f"${g}$ is the mean of the declared bounds of this input gain.")
+        for side in sided_arguments(design.plant, i):
+            branch, kinked = expression_latex(side), expression_latex(abs(side))
+            found.append(
+                f"${g}$ has ${branch}$ in place of ${kinked}$, whose kink is at 0: the center "
+                f"keeps ${branch} > 0$ from every start that may be latched, which is proved. "
+                f"The residual counts ${kinked}$ as the plant has it."
+            )
     if not any(model.left_out):
         found.append("No known term of the plant was left out of the model.")
     return tuple(found)

@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from bfppc_synth.bounds.formulas import load_symbol
 from bfppc_synth.model.spec import CenterKind, Form
 from bfppc_synth.report.formulas import displayed, inline, number, with_numbers
 from bfppc_synth.report.nominal import source_sentence
@@ -38,6 +39,10 @@ _MEANINGS = {
     "f_bound": "The declared f_bound covers the drift wherever the states can go.",
     "g_min": "The least input gain is positive wherever the states can go.",
     "g_bound": "The declared g_bound covers the input gain wherever the states can go.",
+    "tight": "On both walls of this tube nothing pushes outward by more, whatever the time, the "
+    "start, the parameters and the other errors: proved cell by cell, so no two sides are printed.",
+    "tight.rate": "Nothing moves the last error faster without the input, anywhere in the tubes: "
+    "proved cell by cell, so no two sides are printed.",
     "limit": "The certified peak input is within the actuator.",
     "funnel": "The envelope of the output stays inside the funnel.",
 }
@@ -45,6 +50,7 @@ _TERMS = (
     (r"f_(\d+)\* and disturbance", "drift $f_{i}$ and disturbance"),
     (r"sup\|dr_(\d+)\|", r"motion of the center, $\dot{r}_{i}$"),
     (r"\|d alpha_(\d+)\|", r"motion of the feedback $\varphi_{i}$"),
+    (r"residual, tight", "residual at its worst on the wall"),
     (r"p_(\d+)", "next tube, $p_{i}$"),
     (r"sup\|r_(\d+)\|", "next center, $r_{i}$"),
 )
@@ -163,6 +169,8 @@ def _formula(design: Design, family: str, index: int) -> tuple[str, tuple[tuple[
 def _assumption(family: str, i: int) -> str:
     return {
         "f_bound": rf"f_{{{i}}}^{{*}} \ge \left|f_{{{i}}}\right|",
+        "tight": rf"{load_symbol(i - 1)} \ge \sup \frac{{\pm R_{{{i}}}}}{{g_{{{i}}}}}",
+        "tight.rate": rf"D_{{{i}}} \ge \sup\left|R_{{{i}}}\right|",
         "g_min": rf"g_{{{i}}} \ge g_{{m,{i}}} > 0",
         "g_bound": rf"g_{{{i}}}^{{*}} \ge g_{{{i}}}",
         "limit": r"u_{\text{limit}} \ge U",
@@ -217,7 +225,12 @@ def _demand(design: Design, index: int, extra: Sequence[tuple[str, str]]) -> tup
     g_min = number("bounds", "g_min", index)
     letters = [rf"\frac{{D_{{{i}}}}}{{g_{{m,{i}}}}}"]
     numbers = [rf"\frac{{{number('bounds', 'D', index)}}}{{{g_min}}}"]
-    if i < design.spec.order:
+    if design.tight is not None:
+        letters, numbers = [load_symbol(index)], [number("tight", "load", index)]
+        if i < design.spec.order:
+            letters.append(f"p_{{{i + 1}}}")
+            numbers.append(number("omega", "p", index + 1))
+    elif i < design.spec.order:
         letters.append(f"p_{{{i + 1}}}")
         numbers.append(number("omega", "p", index + 1))
         if design.spec.synthesis.center is CenterKind.PERFORMANCE:
@@ -237,5 +250,5 @@ def term_sentence(term: str) -> str:
     for pattern, words in _TERMS:
         match = re.fullmatch(pattern, term)
         if match:
-            return words.replace("{i}", f"{{{match[1]}}}")
+            return words.replace("{i}", f"{{{match[1]}}}") if match.groups() else words
     return source_sentence(re.sub(r"[$#`]", "", term))

@@ -49,6 +49,37 @@ _VERIFY = (
     "bfppc-synth verify .        # the same, with the package",
 )
 _PASSED = "y_d lists the reference at t and its exact derivatives, order 1 to {order}."
+# (real, math): what is said of it, and how near C is to Python.
+_ARITHMETIC = {
+    ("double", "libm"): ((), ", the same bits"),
+    ("double", "portable"): (
+        (
+            (
+                "The code computes in binary64, with tanh, sin, cos and exp of its own, made of"
+                " + - * / and comparisons: no libm is assumed."
+            ),
+        ),
+        ", the same bits on every machine",
+    ),
+    ("float", "libm"): (
+        (
+            (
+                "The C code computes in binary32, every constant and every rounding of it is in the"
+                " certificate; controller.py rounds as it does."
+            ),
+        ),
+        "; tanhf, sinf, cosf, expf may differ from Python in the last digits",
+    ),
+    ("float", "portable"): (
+        (
+            (
+                "The C code computes in binary32, with tanh, sin, cos and exp of its own, made of"
+                " + - * / and comparisons: no libm is assumed; controller.py rounds as it does."
+            ),
+        ),
+        ", the same bits on every machine",
+    ),
+}
 _SIMULATE = "bfppc-synth simulate .      # runs controller.py against the plant again"
 
 
@@ -111,12 +142,13 @@ def render_html(document: Mapping[str, object], design: Design, nominal: Traject
         reference=reference_sentence(design),
         performance=performance_sentences(design),
         parameter_tables=[parameters] if parameters else [],
-        majorants=_majorants(design),
+        majorant_tables=_majorants(design),
         centers=center_texts(design, document),
         splits=splits(design),
         errors=errors_sentence(document),
         command=command_sentence(document),
         steps=derivation(design, document),
+        tight_tables=[design.spec.states] if design.tight is not None else [],
         obligations=[
             obligation(design, document, entry.id) for entry in design.certificate.inequalities
         ],
@@ -186,8 +218,16 @@ def _calls(document: Mapping[str, object]) -> dict[str, object]:
         "c_reference": "y_d" if supplied else f"{document['name']}_reference(t)",
         "passed": _PASSED.format(order=document["order"]) if supplied and nominal else "",
         "certificates": [certificate] if certificate else [],
+        **_arithmetic(document),
         "commands": [*(_VERIFY if certificate else ()), _SIMULATE],
     }
+
+
+def _arithmetic(document: Mapping[str, object]) -> dict[str, object]:
+    """Say what the code computes with, unless it is binary64 and the libm, and what is equal."""
+    given: Any = document.get("arithmetic", {"real": "double", "math": "libm"})
+    kind = given["real"], given["math"]
+    return {"arithmetic": list(_ARITHMETIC[kind][0]), "same": _ARITHMETIC[kind][1]}
 
 
 def _drivers(inequalities: Sequence[Inequality]) -> list[dict[str, object]]:
@@ -206,8 +246,11 @@ def _drivers(inequalities: Sequence[Inequality]) -> list[dict[str, object]]:
     ]
 
 
-def _majorants(design: Design) -> list[dict[str, str]]:
-    return [
+def _majorants(design: Design) -> list[list[dict[str, str]]]:
+    """Give the one table; around a nominal center nothing is bounded by majorants of f and g."""
+    if design.nominal is not None:
+        return []
+    rows = [
         {
             "f": inline(expression_latex(channel.f_text)),
             "g": inline(expression_latex(channel.g_text)),
@@ -215,3 +258,4 @@ def _majorants(design: Design) -> list[dict[str, str]]:
         }
         for channel in design.majorants.channels
     ]
+    return [rows]

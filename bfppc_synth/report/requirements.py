@@ -6,18 +6,20 @@ import math
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from bfppc_synth.model.arithmetic import DEFAULT
 from bfppc_synth.model.spec import QuantizerKind, RhoKind
 from bfppc_synth.report.nominal import reference_bounds
 from bfppc_synth.report.numbers import constant, finite, finites
 from bfppc_synth.report.stages import reanchors
 
 if TYPE_CHECKING:
+    from bfppc_synth.model.arithmetic import Arithmetic
     from bfppc_synth.model.design import Design
     from bfppc_synth.model.expression import Expression
     from bfppc_synth.model.spec import ChannelSpec, PlantSpec, QuantizerSpec, RhoSpec
 
 LONGEST_RUN = 1e6
-MANTISSA_BITS = 52
+SHORT_RUN = 64.0
 
 
 def _text(expression: Expression | None) -> str | None:
@@ -193,29 +195,41 @@ def sampling_entry(design: Design) -> dict[str, object]:
         "delay": constant(design.spec.sampling.delay),
         "hold": finite(design.conditions.hold),
         "largest_certified_period": finite(design.largest_certified_period),
-        "longest_run": longest_run(period),
+        "longest_run": longest_run(period, design.arithmetic),
     }
 
 
-def longest_run(period: float) -> float:
+def arithmetic_entry(design: Design) -> dict[str, object]:
+    """Lay out what the code computes with: an empty table for binary64 and the libm."""
+    arithmetic = design.arithmetic
+    if arithmetic == DEFAULT:
+        return {}
+    return {
+        "arithmetic": {"real": str(arithmetic.real), "math": str(arithmetic.mathematics)},
+    }
+
+
+def longest_run(period: float, arithmetic: Arithmetic = DEFAULT) -> float:
     """Give the time since the first sample after which the controller holds its command [s].
 
     Parameters
     ----------
     period : float
         Sample period [s], 0 for a continuous design.
+    arithmetic : Arithmetic
+        Of the clock.
 
     Returns
     -------
     float
-        1e6 s, or the first time at which one unit in the last place of t (binary64) is more
-        than a sixteenth of the period.
+        1e6 s, or the first time at which one unit in the last place of t is more than a
+        sixteenth of the period; in binary32 64 s where there is no period.
 
     References
     ----------
     SPEC section 3, status BAD_TIME.
     """
     if period <= 0.0:
-        return LONGEST_RUN
+        return SHORT_RUN if arithmetic.single else LONGEST_RUN
     exponent = math.frexp(period / 16.0)[1]
-    return min(LONGEST_RUN, math.ldexp(1.0, exponent + MANTISSA_BITS))
+    return min(LONGEST_RUN, math.ldexp(1.0, exponent + arithmetic.bits - 1))

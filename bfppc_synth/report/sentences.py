@@ -227,6 +227,7 @@ def _converter(state: str, index: int) -> Requirement:
 
 
 def _timing(design: Design) -> tuple[Requirement, ...]:
+    numbers = "binary32" if design.arithmetic.single else "binary64"
     continuous = "0 means that the certificate is about a continuous law"
     period = continuous if design.conditions.hold == 0.0 else "jitter and lost samples included"
     return (
@@ -253,7 +254,7 @@ def _timing(design: Design) -> tuple[Requirement, ...]:
             what="Computer: longest run",
             value="#sampling/longest_run#",
             unit="s",
-            meaning="after this time the clock is too coarse in binary64 and the code holds its "
+            meaning=f"after this time the clock is too coarse in {numbers} and the code holds its "
             "command (status BAD_TIME): call `reset` before",
         ),
     )

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.model.shapes import Theorem1Gain
 from bfppc_synth.model.spec import THEOREMS
+from bfppc_synth.report.code import code_entry
 from bfppc_synth.report.evidence import failures, inequality_entry, simulation_entry
 from bfppc_synth.report.nominal import feed_entry, nominal_entry
 from bfppc_synth.report.numbers import constant, finite, finites
 from bfppc_synth.report.requirements import (
+    arithmetic_entry,
     majorant_entries,
     measurement_entry,
     performance_entry,
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from bfppc_synth.model.bounds import CenterBounds
+    from bfppc_synth.model.cost import StepCost
     from bfppc_synth.model.design import Design
     from bfppc_synth.model.shapes import Gain
     from bfppc_synth.model.trajectory import RunSummary, Trajectory
@@ -35,7 +38,11 @@ CSV_ROWS = 2001
 
 
 def report_document(
-    design: Design, nominal: Trajectory, adversaries: tuple[RunSummary, ...]
+    design: Design,
+    nominal: Trajectory,
+    adversaries: tuple[RunSummary, ...],
+    *,
+    cost: StepCost | None = None,
 ) -> dict[str, object]:
     """Lay out report.json: every number that the page and the README show.
 
@@ -47,6 +54,8 @@ def report_document(
         The nominal run, arrays of N rows.
     adversaries : tuple[RunSummary, ...]
         The seeded adversarial runs, possibly none.
+    cost : StepCost, optional
+        Operations of one step of the generated code, for its section.
 
     Returns
     -------
@@ -81,6 +90,7 @@ def report_document(
         "plant": plant_entry(spec),
         "majorants": majorant_entries(design),
         "bounds": _bounds(design),
+        **_tight(design),
         **_theorem1(design),
         **nominal_entry(design),
         **stages_entry(design),
@@ -103,6 +113,8 @@ def report_document(
         "assumptions": list(certificate.assumptions),
         "failures": list(failures(certificate)),
         "simulation": simulation_entry(design, nominal, adversaries),
+        **code_entry(design, cost),
+        **arithmetic_entry(design),
         "tool": {"version": version("bfppc-synth"), "plant_sha256": spec.sha256},
     }
 
@@ -157,6 +169,22 @@ def _gain(gain: Gain) -> dict[str, object]:
         own = {"gamma": gain.gamma, "H": list(gain.H), "H_star": gain.H_star}
         return own | {"c": gain.c, "N": gain.N, "k": gain.k}
     return {"k": gain.k, "M": gain.M, "epsilon": gain.epsilon, "c": gain.c, "N": gain.N}
+
+
+def _tight(design: Design) -> dict[str, object]:
+    """Lay out tight bounds, and beside them what termwise ones say."""
+    tight, termwise = design.tight, design.termwise
+    if tight is None or termwise is None:
+        return {}
+    return {
+        "tight": {
+            "load": finites(tight.load),
+            "rate": finite(tight.rate),
+            "termwise_load": finites(termwise.load),
+            "termwise_rate": finite(termwise.rate),
+            "termwise_U": None if termwise.U is None else finite(termwise.U),
+        }
+    }
 
 
 def _theorem1(design: Design) -> dict[str, object]:

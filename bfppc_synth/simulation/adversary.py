@@ -37,6 +37,11 @@ class Strategy(StrEnum):
     TOGETHER = "push that turns at random times"
     LAST = "pushes e_n outward"
     SWITCHING = "independent switching"
+    NEAREST = "pushes the error nearest to its bound outward"
+
+
+#: Those that look where the errors are, and decide often.
+_WATCHING = frozenset({Strategy.FIRST, Strategy.LAST, Strategy.NEAREST})
 
 
 class Adversary:
@@ -61,7 +66,9 @@ class Adversary:
         self._dynamics = dynamics
         self._scheme = scheme
         self._tracking: Tracking | None = None
-        strategies = tuple(Strategy)
+        # Center nominal leaves little to push against: there every facet is tried.
+        strategies = tuple(Strategy) if design.nominal is not None else tuple(Strategy)[:-1]
+        self._widths = design.omega
         self._strategy = strategies[run % len(strategies)]
         # Of every four rounds of strategies, two take the declared bounds for the truth and
         # two start at corners of the initial box.
@@ -93,7 +100,7 @@ class Adversary:
         # Mean time between two decisions: a thousandth of the horizon where the errors are
         # watched, from a two-thousandth to a fifth where they are not.
         self._dwell = design.spec.simulation.horizon * 10.0 ** self._random.uniform(-3.3, -0.7)
-        if self._strategy in {Strategy.FIRST, Strategy.LAST}:
+        if self._strategy in _WATCHING:
             self._dwell = design.spec.simulation.horizon / 1000.0
         self._direction = self._sign()
         self._last_gain = self._random.choice((0.0, 1.0))
@@ -113,12 +120,18 @@ class Adversary:
             return self._scatter(self._next(k))
         if self._strategy is Strategy.TOGETHER:
             self._direction = -self._direction
-        elif self._strategy is not Strategy.STEADY and self._tracking is not None:
-            watched = 0 if self._strategy is Strategy.FIRST else -1
-            error = self._tracking.now(t, x, self.y_d(t))[watched]
+        elif self._strategy in _WATCHING and self._tracking is not None:
+            error = self._watched(self._tracking.now(t, x, self.y_d(t)))
             self._direction = math.copysign(1.0, error)
         until = math.inf if self._strategy is Strategy.STEADY else self._next(k)
         return self._push(t, x, until)
+
+    def _watched(self, errors: Sequence[float]) -> float:
+        """Pick the error that the strategy pushes."""
+        if self._strategy is Strategy.NEAREST:
+            shares = zip(errors, self._widths, strict=True)
+            return max(shares, key=lambda pair: abs(pair[0]) / pair[1])[0]
+        return errors[0 if self._strategy is Strategy.FIRST else -1]
 
     def _push(self, t: float, x: Sequence[float], until: float) -> Action:
         """Move every channel in one direction: each e_i is driven by the e_{i+1} above it."""

@@ -20,7 +20,6 @@ class Unavailable:
 
 
 UNAVAILABLE: Final = (
-    Unavailable(section="synthesis", key="bounds", word="tight"),
     Unavailable(section="synthesis", key="objective", word="accuracy"),
     Unavailable(section="synthesis", key="objective", word="period"),
     Unavailable(section="synthesis", key="objective", word="resolution"),

@@ -34,6 +34,7 @@ from bfppc_synth.model.spec import (
 )
 from bfppc_synth.model.stages import Handover, StageSpec
 from bfppc_synth.model.theorem1 import Schedule, Theorem1Spec
+from bfppc_synth.spec.centers import default_center
 
 if TYPE_CHECKING:
     from bfppc_synth.model.expression import Constant
@@ -205,10 +206,15 @@ def build_synthesis(book: Notebook, states: tuple[str, ...]) -> SynthesisSpec:
     if method is Method.THEOREM1:
         # Its errors are made of the true starts, whatever the file says.
         anchor = Anchor.EXACT
+    form = Form(book.text(f"{path}.form", Form.SOUND))
+    center = CenterKind.PERFORMANCE
+    if method is Method.UNIFIED and form is Form.SOUND and anchor is Anchor.LATCHED:
+        channels = tuple(build_channel(book, state) for state in states)
+        center = default_center(channels, build_reference(book))
     return SynthesisSpec(
         method=method,
-        form=Form(book.text(f"{path}.form", Form.SOUND)),
-        center=CenterKind(book.text(f"{path}.center", CenterKind.PERFORMANCE)),
+        form=form,
+        center=CenterKind(book.text(f"{path}.center", center)),
         bounds=BoundsKind(book.text(f"{path}.bounds", BoundsKind.TERMWISE)),
         anchor=anchor,
         objective=build_objective(book),

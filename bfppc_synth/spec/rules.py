@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 from bfppc_synth.expressions.resolution import lower_bound, resolution, upper_bound
 from bfppc_synth.model.spec import (
     Anchor,
+    BoundsKind,
     CenterKind,
     Form,
     Method,
@@ -106,6 +107,12 @@ def _check_synthesis(book: Notebook, states: tuple[str, ...], synthesis: Synthes
             f"{path}.form",
             "unified has no printed form: the paper does not contain it",
             "use `method: theorem2`, or `form: sound`",
+        )
+    if synthesis.bounds is BoundsKind.TIGHT and synthesis.method is not Method.UNIFIED:
+        book.blame_path(
+            f"{path}.bounds",
+            f"tight bounds are proved for method unified, not for {synthesis.method}",
+            "use `method: unified`, or `bounds: termwise`",
         )
     first = f"{path}.p.{states[0]}"
     if book.has(first):

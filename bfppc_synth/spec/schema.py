@@ -110,7 +110,8 @@ _SYNTHESIS: Final = Section(
     fields=(
         _choice("method", tuple(Method), "unified", "the theorem that is used"),
         _choice("form", tuple(Form), "sound", "sound inequalities, or the paper's as printed"),
-        _choice("center", tuple(CenterKind), "performance", "what the errors are taken around"),
+        # Its default depends on the plant: spec.centers.
+        _choice("center", tuple(CenterKind), "", "what the errors are taken around"),
         _choice("bounds", tuple(BoundsKind), "termwise", "how the drift is bounded"),
         _choice("anchor", tuple(Anchor), "latched", "whether the center starts as measured"),
         Field(

@@ -175,11 +175,11 @@ class Controller:
 
         # Errors made of measured states, and the law.
         e_1 = x_1 - r_1
-        phi_1 = M_1 * tanh((M_1 * e_1) / epsilon_1)
+        phi_1 = M_1 * tanh((M_1 / epsilon_1) * e_1)
         e_2 = (x_2 - r_2) + phi_1
-        phi_2 = M_2 * tanh((M_2 * e_2) / epsilon_2)
+        phi_2 = M_2 * tanh((M_2 / epsilon_2) * e_2)
         e_3 = (x_3 - r_3) + phi_2
-        phi_3 = M_3 * tanh((M_3 * e_3) / epsilon_3)
+        phi_3 = M_3 * tanh((M_3 / epsilon_3) * e_3)
         u = 0.0 - phi_3
 
         # The clamp never acts while the assumptions hold. NaN is held back, never passed on.

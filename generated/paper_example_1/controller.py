@@ -154,7 +154,7 @@ class Controller:
 
         # Errors made of measured states, and the law.
         e_1 = x_1 - r_1
-        phi_1 = M_1 * tanh((M_1 * e_1) / epsilon_1)
+        phi_1 = M_1 * tanh((M_1 / epsilon_1) * e_1)
         e_2 = (x_2 - r_2) + phi_1
         phi_2 = k_2 * e_2
         u = 0.0 - phi_2

@@ -112,10 +112,10 @@ def center(
 def stage_1(x_1: float, x_2: float, r_1: float, r_2: float) -> tuple[float, float, float]:
     """Return the errors made of measured states, and the command, of stage 1."""
     e_1 = x_1 - r_1
-    feedback_2 = stage1_M_1 * tanh((stage1_M_1 * e_1) / stage1_epsilon_1)
+    feedback_2 = stage1_M_1 * tanh((stage1_M_1 / stage1_epsilon_1) * e_1)
     phi_1 = ((stage1_k_1 * e_1) + feedback_2) + (stage1_c_1 * (e_1 * (e_1 * e_1)))
     e_2 = (x_2 - r_2) + phi_1
-    feedback_5 = stage1_M_2 * tanh((stage1_M_2 * e_2) / stage1_epsilon_2)
+    feedback_5 = stage1_M_2 * tanh((stage1_M_2 / stage1_epsilon_2) * e_2)
     phi_2 = ((stage1_k_2 * e_2) + feedback_5) + (stage1_c_2 * (e_2 * (e_2 * e_2)))
     u = 0.0 - phi_2
     return e_1, e_2, u
@@ -124,7 +124,7 @@ def stage_1(x_1: float, x_2: float, r_1: float, r_2: float) -> tuple[float, floa
 def stage_2(x_1: float, x_2: float, r_1: float, r_2: float) -> tuple[float, float, float]:
     """Return the errors made of measured states, and the command, of stage 2."""
     e_1 = x_1 - r_1
-    phi_1 = M_1 * tanh((M_1 * e_1) / epsilon_1)
+    phi_1 = M_1 * tanh((M_1 / epsilon_1) * e_1)
     e_2 = (x_2 - r_2) + phi_1
     phi_2 = k_2 * e_2
     u = 0.0 - phi_2

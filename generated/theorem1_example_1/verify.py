@@ -19,6 +19,7 @@ from __future__ import annotations
 import argparse
 import ast
 import builtins
+import functools
 import hashlib
 import heapq
 import importlib.abc
@@ -27,6 +28,7 @@ import itertools
 import json
 import math
 import re
+import struct
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -978,9 +980,75 @@ def parse(text: str, names: Mapping[str, Node]) -> Node:
 Box = tuple[Interval, ...]
 Gradient = dict[int, Interval]
 
-# One rounding of binary64 is at most 2^-53 of the result, 4 ulp are at most 8 of these; what
-# underflows is below 2^-1000, and 1 in the last place here is far more.
-_ROUNDING = Fraction(1, 1 << 53)
+# Error and range of the portable functions, with the code that they are about: section 9b.
+# name: (roundings in binary64, in binary32, end of the argument in binary64, in binary32)
+_PORTABLE_BOUNDS = {
+    "tanh": (16, 10, 1 << 1000, 1 << 120),
+    "exp": (6, 6, 690, 83),
+    "sin": (3, 3, 200_000_000, 6_400),
+    "cos": (3, 3, 200_000_000, 6_400),
+    "abs": (0, 0, 1 << 1000, 1 << 120),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Arithmetic:
+    """What the controllers compute with: double or float, functions of the libm or portable.
+
+    One rounding is at most 2^-bits of its result, 4 ulp are at most 8 of these; what underflows
+    is below 2^-149, and 1 in the last place here is far more.
+    """
+
+    real: str = "double"
+    math: str = "libm"
+
+    @property
+    def single(self) -> bool:
+        """Whether numbers are binary32."""
+        return self.real == "float"
+
+    @property
+    def bits(self) -> int:
+        """Bits of the significand."""
+        return 24 if self.single else 53
+
+    @property
+    def largest(self) -> int:
+        """Nothing that is computed may come near the end of the range."""
+        return 1 << (P + (120 if self.single else 1000))
+
+    def rounded(self, value: Fraction) -> Fraction:
+        """Round to the nearest number, for a value that float() takes without doubt."""
+        near = float(value)
+        if self.single:
+            (near,) = struct.unpack("f", struct.pack("f", near))
+        return Fraction(near)
+
+    def within(self, size: int) -> None:
+        """Refuse what might overflow."""
+        if size > self.largest:
+            power_of_two = 120 if self.single else 1000
+            name = "binary32" if self.single else "binary64"
+            raise UndecidedError(f"a number beyond 2^{power_of_two}: {name} could overflow")
+
+    def function(self, name: str, argument: Interval, size: int) -> int:
+        """Bound the error of a function itself: roundings times the size that is rounded."""
+        root = name.startswith(("root", "signed", "pow"))
+        if self.math == "libm":
+            return (800 if root else 8) * size
+        if name not in _PORTABLE_BOUNDS:
+            raise UndecidedError(f"{'a root' if root else name} has no portable form")
+        bounds = _PORTABLE_BOUNDS[name]
+        end = bounds[2 + self.single]
+        low = -(1 << 4096) if name == "exp" else -end
+        if not low * ONE <= argument[0] <= argument[1] <= end * ONE:
+            raise UndecidedError(f"portable {name} of an argument beyond {end}")
+        # Far from 0 a wave may vanish where its error does not; e^v below the range is not 0.
+        size = ONE if name in ("sin", "cos") else size
+        return bounds[self.single] * size + (8 << self.bits)
+
+
+_DEFAULT = Arithmetic()
 
 
 def _call(name: str, args: Sequence[Interval]) -> Interval:
@@ -1030,9 +1098,6 @@ class Bound:
     cuts: tuple[int, ...]
 
 
-_BINARY64 = 1 << (P + 1000)  # nothing that binary64 computes with may come near its end
-
-
 class Tape:
     """Values, gradients and rounding errors of one expression; names give the box's order."""
 
@@ -1060,6 +1125,10 @@ class Tape:
     def value(self, box: Box) -> Interval:
         """Natural interval extension."""
         return self._values(box)[-1]
+
+    def size(self, box: Box) -> int:
+        """Bound the modulus over a box."""
+        return absolute(self.value(box))[1]
 
     def _values(self, box: Box) -> list[Interval]:
         values: list[Interval] = []
@@ -1143,15 +1212,15 @@ class Tape:
                 result = mul(result, power(arg, other))
         return result
 
-    def rounding(self, box: Box, errors: Sequence[int]) -> int:
-        """Bound the error of a binary64 evaluation, in units of 2^-P.
+    def rounding(self, box: Box, errors: Sequence[int], arithmetic: Arithmetic = _DEFAULT) -> int:
+        """Bound the error of an evaluation in floating point, in units of 2^-P.
 
         errors[j] bounds that of input j. Every operation passes on the errors of its operands
         times its largest slope over the widened operands (mean value theorem) and adds its own:
         a constant 1 rounding; a coefficient 2 (itself and a product) and a sum of m terms, in any
         order, m - 1 of at most the sum of sizes; a factor to the power e as products |e| - 1, a
         division or a product 1; pow, whose exponent is rounded too, 4 ulp and |log x| < 746
-        roundings; a function 4 ulp. Counts are doubled for what is of second order.
+        roundings; a function as ``Arithmetic.function``. All is doubled for second order.
         """
         values = self._values(box)
         found: list[int] = []
@@ -1165,7 +1234,7 @@ class Tape:
             if node.kind == "piece" or node.name == "sign":
                 raise UndecidedError("no rounding error of an expression that may jump")
             size = absolute(self._operation(node, wide, ()) if wide else y)[1]
-            passed, count, steps = 0, 2, [size]
+            passed, count, own, steps = 0, 2, 0, [size]
             if node.kind == "sum":
                 parts = list(zip(node.weights, wide, inner, strict=True))
                 passed = sum(absolute(scale(w, (d, d)))[1] for w, _, d in parts)
@@ -1182,17 +1251,18 @@ class Tape:
                 steps.append(largest[1])
                 for j, d in enumerate(inner):
                     e = node.weights[j]
-                    count += int(abs(e)) + 2 + (800 if e.denominator > 1 else 0)
+                    count += int(abs(e)) + 2
+                    if e.denominator > 1:
+                        own += arithmetic.function("pow", ZERO_I, size)
                     passed += mul((d, d), absolute(self._cofactor(node, wide, j)))[1] if d else 0
             elif node.name in ("min", "max"):
                 passed, count = max(inner), 0
             elif node.kind == "fun":
                 slope = absolute(_slope(node.name, wide[0], _call(node.name, wide)))
                 passed = mul((inner[0], inner[0]), slope)[1] if inner[0] else 0
-                count = 800 if node.name.startswith(("root", "signed")) else 8
-            if max(steps) > _BINARY64:
-                raise UndecidedError("a number beyond 2^1000: binary64 could overflow")
-            found.append(passed + _ceil_shift(2 * count * size, 53) + 1)
+                count, own = 0, arithmetic.function(node.name, wide[0], size)
+            arithmetic.within(max(steps))
+            found.append(passed + _ceil_shift(2 * (count * size + own), arithmetic.bits) + 1)
         return found[-1]
 
     def bound(self, box: Box) -> Bound:
@@ -1225,6 +1295,117 @@ class Tape:
         return Bound(min(best, reach[1]), sample[0], tuple(centre), tuple(face), tuple(open_))
 
 
+class Steep(Tape):
+    """A tape with slopes in reverse, for many symbols; ``held`` of the first are never faces."""
+
+    held = 0
+
+    def gradient(self, box: Box) -> tuple[Interval, Gradient]:
+        """Value and enclosure of all slopes over the box: each place's factor on the result.
+
+        An arg of min or max that may be the extreme one has a weight in [0, 1].
+        """
+        values = self._values(box)
+        factors: list[Interval | None] = [None] * len(values)
+        factors[-1] = ONE_I
+        result: Gradient = {}
+
+        def pass_on(place: int, factor: Interval) -> None:
+            before = factors[place]
+            factors[place] = factor if before is None else add(before, factor)
+
+        for place in range(len(values) - 1, -1, -1):
+            (node, places), factor = self._code[place], factors[place]
+            if factor is None or self._fixed[place] is not None:
+                continue
+            args = [values[inner] for inner in places]
+            if node.kind == "sym":
+                result[self._index[node.name]] = factor
+            elif node.kind == "sum":
+                for weight, inner in zip(node.weights, places, strict=True):
+                    pass_on(inner, scale(weight, factor))
+            elif node.kind == "prod":
+                for k, inner in enumerate(places):
+                    if self._fixed[inner] is None:
+                        pass_on(inner, self._times(node, args, k, factor))
+            elif node.name in ("min", "max"):
+                side = -1 if node.name == "min" else 1
+                ends = [a if side > 0 else neg(a) for a in args]
+                worst = max(lo for lo, _ in ends)
+                taken = [inner for inner, a in zip(places, ends, strict=True) if a[1] >= worst]
+                for inner in taken:
+                    pass_on(inner, factor if len(taken) == 1 else hull(factor, ZERO_I))
+            elif node.kind == "piece":
+                branch = self._branches(node, places, args)
+                if len(branch) > 1:
+                    raise UndecidedError("a Piecewise may jump")
+                pass_on(branch[0], factor)
+            else:
+                pass_on(places[0], mul(factor, _slope(node.name, args[0], values[place])))
+        return values[-1], result
+
+    @staticmethod
+    def _times(node: Node, args: Sequence[Interval], j: int, factor: Interval) -> Interval:
+        """Return the factor times the slope of a product by one of its args."""
+        for k, (arg, e) in enumerate(zip(args, node.weights, strict=True)):
+            if k != j:
+                factor = mul(factor, arg if e == 1 else power(arg, e))
+            elif e != 1:
+                factor = mul(factor, scale(e, power(arg, e - 1)))
+        return factor
+
+    def bound(self, box: Box) -> Bound:
+        """Bound from above; what is known to be on a face is bounded there once more.
+
+        By the mean value theorem around the middle of what is left (docs/theory.md section 6).
+        """
+        face, value = box, None
+        slopes: Gradient = {}
+        try:
+            while True:
+                value, slopes = self.gradient(face)
+                steep = [
+                    j
+                    for j, s in slopes.items()
+                    if j >= self.held and (s[0] >= 0 or s[1] <= 0) and face[j][0] < face[j][1]
+                ]
+                if not steep:
+                    break
+                ends = list(face)
+                for j in steep:
+                    ends[j] = (face[j][slopes[j][0] >= 0],) * 2
+                face = tuple(ends)
+        except UndecidedError:
+            return self._coarse(box)
+        centre = tuple(((lo + hi) >> 1,) * 2 for lo, hi in face)
+        sample = reach = self.value(centre)
+        open_: list[tuple[int, int]] = []
+        for j, slope in slopes.items():
+            if face[j][0] < face[j][1]:
+                moved = mul(slope, sub(face[j], centre[j]))
+                reach = add(reach, moved)
+                open_.append(((face[j][0] - face[j][1]) * (slope[1] - slope[0]), j))
+        cuts = tuple(j for _, j in sorted(open_))
+        return Bound(min(value[1], reach[1]), sample[0], centre, face, cuts)
+
+    def size(self, box: Box) -> int:
+        """Modulus in the middle: over all of the box there may be no value yet."""
+        return abs(self._coarse(box).sample)
+
+    def _coarse(self, box: Box) -> Bound:
+        """Bound without slopes; without a value too, as long as a cut may still give one."""
+        middle = tuple(((lo + hi) >> 1,) * 2 for lo, hi in box)
+        values: list[Interval] = []
+        for part in (box, middle):
+            try:
+                values.append(self.value(part))
+            except UndecidedError:
+                values.append((-_LARGEST, _LARGEST))
+        wide = [j for j, (lo, hi) in enumerate(box) if lo < hi]
+        wide.sort(key=lambda j: (j >= self.held, box[j][0] - box[j][1]))
+        return Bound(values[0][1], values[1][0], middle, box, tuple(wide))
+
+
 def _accumulate(result: Gradient, slopes: Gradient, factor: Interval) -> None:
     for j, slope in slopes.items():
         result[j] = add(result.get(j, ZERO_I), mul(factor, slope))
@@ -1254,7 +1435,7 @@ def maximize(tape: Tape, box: Box, known: int | None, boxes: int) -> tuple[Inter
     """
     first = tape.bound(box)
     point, best = first.point, first.sample if known is None else max(known, first.sample)
-    tolerance = max(absolute(tape.value(box))[1] >> 33, 1 << 20)
+    tolerance = max(tape.size(box) >> 33, 1 << 20)
     heap = [(-first.upper, 0, first)]
     for count in range(1, 2 * boxes, 2):
         top, _, whole = heap[0]
@@ -1334,7 +1515,7 @@ class Problem:
     """A plant file as the theorems need it.
 
     ``fixed`` are the numbers that the design must keep, by the names of its constants; ``free``
-    counts the stages of theorem3 below the last one.
+    counts the stages of theorem3 below the last one. ``arithmetic`` is the design's.
     """
 
     name: str
@@ -1358,7 +1539,20 @@ class Problem:
     limit: Interval | None
     fixed: Fixed
     center: str
+    bounds: str
     derivatives: tuple[Interval, ...]
+    funnel: Node | None
+    arithmetic: Arithmetic = _DEFAULT
+
+    @property
+    def latest(self) -> int:
+        """What t - t_0 stays below, in binary32 t too: there one ulp is at most period/16."""
+        if not self.arithmetic.single:
+            return 10**6 * ONE
+        if self.period[1] == 0:
+            return 64 * ONE
+        ulp = (self.period[0] + self.period[1]) >> 5
+        return min(1 << (max(ulp, 1).bit_length() - 1 + 24), ONE << 20)
 
 
 def fields(value: object, path: str, required: str, optional: str = "") -> dict[str, Any]:
@@ -1450,7 +1644,7 @@ def read_plant(document: object) -> Problem:
     states = _states(plant["states"])
     synthesis = _synthesis(plant.get("synthesis", {}))
     names, ranges = _parameters(plant.get("parameters", {}), states)
-    performance = fields(plant["performance"], "performance", "accuracy", "rho transition")
+    performance = fields(plant["performance"], "performance", "accuracy", "rho transition funnel")
     initial = fields(plant["initial"], "initial", " ".join(states), "offset")
     reference, bounds = _reference(plant.get("reference", "0"))
     sampling = fields(plant.get("sampling", {}), "sampling", "", "period delay")
@@ -1486,7 +1680,11 @@ def read_plant(document: object) -> Problem:
             *_fixed_duration(synthesis, performance),
         ),
         center=synthesis["center"],
+        bounds=synthesis["bounds"],
         derivatives=_derivatives(plant.get("reference", "0")),
+        funnel=_over_time(text_of(performance["funnel"], "performance.funnel"))
+        if "funnel" in performance
+        else None,
     )
     if problem.center == "nominal":
         _check_nominal(problem)
@@ -1532,7 +1730,7 @@ def _derivatives(value: object) -> tuple[Interval, ...]:
 
 def _fixed_duration(synthesis: Mapping[str, Any], performance: Mapping[str, Any]) -> Fixed:
     """Read T_s where center nominal finds it in the file."""
-    if synthesis["center"] != "nominal" or "transition" not in performance:
+    if synthesis["center"] == "performance" or "transition" not in performance:
         return ()
     return (("T_s", at_least(1, performance["transition"], "performance.transition")),)
 
@@ -1568,17 +1766,21 @@ def _synthesis(value: object) -> dict[str, Any]:
     allowed = {
         "method": ("unified", "theorem1", "theorem2", "theorem3"),
         "form": ("sound",),
-        "center": ("performance", "nominal"),
-        "bounds": ("termwise",),
+        "center": ("open", "performance", "nominal"),
+        "bounds": ("termwise", "tight"),
         "anchor": ("latched", "exact"),
         "handover": ("reanchor", "containment"),
     }
+    if synthesis.get("center") == "open":
+        raise MalformedError("synthesis.center: performance or nominal is expected")
     for key, values in allowed.items():
         synthesis[key] = text_of(synthesis.get(key, values[0]), f"synthesis.{key}")
         if synthesis[key] not in values:
             raise MalformedError(
                 f"synthesis.{key}: {synthesis[key]!r} is not available in this version"
             )
+    if synthesis["bounds"] == "tight" and synthesis["method"] != "unified":
+        raise MalformedError("synthesis.bounds: tight needs method unified")
     if synthesis["method"] == "theorem1":
         # Its errors are made of the true starts, whatever the file says.
         synthesis["anchor"] = "exact"
@@ -1930,6 +2132,8 @@ class Tail:
             return Growth(a.degree * r, power(a.range, r))
         if unbounded and node.name in ("sin", "cos"):
             return Growth(Fraction(0), (-ONE, ONE))
+        if node.name in ("min", "max"):
+            return Growth(Fraction(0), self._extremum(parts, 1 if node.name == "max" else -1))
         if unbounded and node.name in ("tanh", "atan"):
             limit = ONE if node.name == "tanh" else _ceil_shift(PI_I[1], 1)
             least = mul(a.range, (self._power(a.degree)[0],) * 2)
@@ -1937,6 +2141,25 @@ class Tail:
             lo = ends[0] if a.range[0] >= 0 else -limit
             return Growth(Fraction(0), (lo, ends[1] if a.range[1] <= 0 else limit))
         return Growth(Fraction(0), _call(node.name, [self.settle(part) for part in parts]))
+
+    def _extremum(self, parts: Sequence[Growth], side: int) -> Interval:
+        """Enclose max (side 1) or min (-1) of arguments, of which some may leave the others.
+
+        t^d v <= T^d sup v where v < 0: as a max is not below its other arguments, that counts.
+        """
+        ends, bounded = [], []
+        for part in parts:
+            v = part.range if side > 0 else neg(part.range)
+            if part.decay is None and part.degree > 0 and v[1] < 0:
+                ends.append(mul((v[1], v[1]), self._power(part.degree))[1])
+            else:
+                settled = self.settle(part)
+                bounded.append(settled if side > 0 else neg(settled))
+        if not bounded:
+            raise UndecidedError("unbounded for large t")
+        low, high = _call("max", bounded)
+        found = low, max([high, *ends])
+        return found if side > 0 else neg(found)
 
     def _fresh(self, value: Interval) -> Node:
         name = f"#{len(self.ranges)}"
@@ -2004,6 +2227,12 @@ def _divisor(rates: Sequence[Fraction]) -> Fraction:
 
 
 def phases(node: Node) -> tuple[Node, dict[str, Interval]]:
+    """Replace a t + b inside sin and cos by phases."""
+    found, turns = common_phases([node])
+    return found[0], turns
+
+
+def common_phases(nodes: Sequence[Node]) -> tuple[list[Node], dict[str, Interval]]:
     """Replace a t + b inside sin and cos by phases, one for each class of frequencies.
 
     Frequencies q K with one K and rational q have the common period 2 pi / (K g), g their
@@ -2011,7 +2240,7 @@ def phases(node: Node) -> tuple[Node, dict[str, Interval]]:
     different classes are taken as independent, which only enlarges the set.
     """
     classes: dict[str, list[Fraction]] = {}
-    for wave in _waves(node):
+    for wave in itertools.chain.from_iterable(map(_waves, nodes)):
         found = _frequency(wave.args[0])
         if found:
             classes.setdefault(found[0], []).append(found[1])
@@ -2029,7 +2258,7 @@ def phases(node: Node) -> tuple[Node, dict[str, Interval]]:
         return rebuild(part, [replace(arg) for arg in part.args])
 
     turn = (0, 2 * PI_I[1])
-    return replace(node), {f"#p{j}": turn for j in range(len(kept))}
+    return list(map(replace, nodes)), {f"#p{j}": turn for j in range(len(kept))}
 
 
 def over_time(node: Node, ranges: Mapping[str, Interval], start: int) -> Extremes:
@@ -2087,10 +2316,7 @@ class Center:
 def performance_center(problem: Problem) -> Center:
     """Enclose r_1 = y_d + rho_1 a and r_i = rho_i x_i(0) (docs/theory.md sections 2 and 3)."""
     starts, bounds = widened_starts(problem), problem.reference_bounds
-    if problem.reference is not None:
-        offset = sub(starts[0], Tape(problem.reference, ("t",)).value((ZERO_I,)))
-    else:
-        offset = run_time_offset(problem, starts[0])
+    offset = first_offset(problem, starts[0])
     rho = problem.rhos[0]
     reference = problem.reference if problem.reference is not None else NOTHING
     if bounds is not None:
@@ -2118,6 +2344,13 @@ def widened_starts(problem: Problem) -> list[Interval]:
     if problem.anchor != "latched":
         return list(problem.starts)
     return [(a[0] - d[1], a[1] + d[1]) for a, d in zip(problem.starts, problem.delta, strict=True)]
+
+
+def first_offset(problem: Problem, start: Interval) -> Interval:
+    """Enclose a = r_1(0) - y_d(0)."""
+    if problem.reference is None:
+        return run_time_offset(problem, start)
+    return sub(start, Tape(problem.reference, ("t",)).value((ZERO_I,)))
 
 
 def run_time_offset(problem: Problem, start: Interval) -> Interval:
@@ -2190,9 +2423,12 @@ class Rounded(Exact):
     """Numbers (value, error, size): |computed - value| <= error, every partial sum <= size.
 
     A sum of m terms in any order errs by m roundings of the sum of sizes, a product or quotient
-    by 1, a constant by 1, a function by 8 (a root as pow by 800); each count is doubled for what
-    is of second order.
+    by 1, a constant by 1, a function as ``Arithmetic.function``; all is doubled for what is of
+    second order.
     """
+
+    def __init__(self, arithmetic: Arithmetic = _DEFAULT) -> None:
+        self.arithmetic = arithmetic
 
     def input(self, value: Interval, error: int, size: int) -> Any:
         """Take a number that is given with an error."""
@@ -2207,11 +2443,10 @@ class Rounded(Exact):
         found = from_fraction(value)
         return self._made(found, 0, absolute(found)[1], 1)
 
-    @staticmethod
-    def _made(value: Interval, passed: int, size: int, count: int) -> Any:
-        if size > _BINARY64:
-            raise UndecidedError("a number beyond 2^1000: binary64 could overflow")
-        return value, passed + _ceil_shift(2 * count * size, 53) + 1, size
+    def _made(self, value: Interval, passed: int, size: int, count: int, own: int = 0) -> Any:
+        self.arithmetic.within(size)
+        rounded = _ceil_shift(2 * (count * size + own), self.arithmetic.bits)
+        return value, passed + rounded + 1, size
 
     def total(self, terms: Sequence[Any]) -> Any:
         """Sum."""
@@ -2249,7 +2484,7 @@ class Rounded(Exact):
         steep = absolute(_slope(name, wide, far))[1]
         passed = (a[1] * steep >> P) + 1
         size = absolute(far)[1]
-        return self._made(value, passed, size, 800 if name.startswith("root") else 8)
+        return self._made(value, passed, size, 0, self.arithmetic.function(name, wide, size))
 
 
 class Sloped(Exact):
@@ -2670,7 +2905,13 @@ class Trajectory:
             scale(Fraction(1, math.factorial(k)), bound)[1]
             for k, bound in enumerate(self.problem.derivatives[:length])
         ]
-        return [numbers.input((-size, size), 0, size) for size in sizes]
+        # Passed in, and divided by k!, which is exact up to 2!.
+        bits, single = self.problem.arithmetic.bits, self.problem.arithmetic.single
+        errors = [_ceil_shift((single + (k > 2)) * size, bits) for k, size in enumerate(sizes)]
+        return [
+            numbers.input((-size, size), error, size)
+            for size, error in zip(sizes, errors, strict=True)
+        ]
 
     def series(
         self, numbers: Exact, t: Any, weights: Series | None, y: Series | None = None
@@ -2723,122 +2964,173 @@ class Trajectory:
         if "t" not in symbols(phased) and len(turns) == 1:
             length = div((2 * PI_I[0], 2 * PI_I[1]), _turning(node))[1]
             cut = _cut(start, end + length, cells)
-            return [*found, *(Stretch(cell, fading=False, latest=_LATEST) for cell in cut)]
-        settled = _settled(node, self.length, max(end, self.problem.delay[1]))
-        width = settled.start - start
-        if settled.speed[1]:
-            turn = div((2 * PI_I[0], 2 * PI_I[1]), settled.speed)[1]
-            cut = _cut(start, settled.start, min(8 * cells, cells * (1 + width // turn)))
-        else:
-            cut = _cut(start, settled.start, cells)
-        rest = _cut(0, 2 * PI_I[1], cells) if settled.speed[1] else [ZERO_I]
-        return [
-            *found,
-            *(Stretch(cell, fading=False, latest=cell[1]) for cell in cut),
-            *(Stretch(cell, fading=False, latest=_LATEST, settled=settled) for cell in rest),
-        ]
+            latest = self.problem.latest
+            return [*found, *(Stretch(cell, fading=False, latest=latest) for cell in cut)]
+        signal = _Signal(self.problem, node, self.length)
+        late, at, last = self.problem.delay[1], start, None
+        while last is None:
+            # Octaves of time, as many as it takes until what fades has hardly anything left.
+            if at > late:
+                last = signal.settled(at, None)
+            if last is None:
+                later = max(2 * max(at, ONE), late + 1)
+                # What the delay reaches is wanted by its time.
+                covered = signal.octave if at > late else signal.direct
+                found += covered(at, later, cells)
+                at = later
+        return [*found, *signal.torus(last, self.problem.latest, cells)]
 
 
-_LATEST = 10**6 * ONE  # what the controller accepts: 1e6 s after its first sample
+_PHASES = ("#p1", "#p2")  # those beside the first one
 
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
     """Times t, at most ``latest`` where they stand for later periods too.
 
-    If ``settled``, t is the phase of all times from settled.start on.
+    If ``settled``, t is the phase of all the times that it covers, and ``others`` are further
+    phases, of waves whose periods have nothing in common with the first one.
     """
 
     t: Interval
     fading: bool
     latest: int = 0
     settled: _Settled | None = None
+    others: Box = ()
 
 
 @dataclass(frozen=True, slots=True)
 class _Settled:
-    """A reference for t >= start as y_k(phase, rest): series coefficients, the rest in intervals.
+    """A reference from a time on as y_k(phases, rest): series coefficients, the rest in intervals.
 
-    The phase turns with ``speed``. ``turned`` are the derivatives by the phase. ``errors`` and
-    ``sizes`` bound rounding and partial sums of every coefficient in binary64.
+    ``turned`` are the derivatives by the first phase, ``across`` those by each of the others:
+    phases and rest are taken as independent, so that the mean value theorem may be used in the
+    phases. ``errors`` and ``sizes`` bound rounding and partial sums of every coefficient in
+    binary64.
     """
 
-    start: int
-    speed: Interval
     values: tuple[Tape, ...]
     turned: tuple[Tape, ...]
+    across: tuple[tuple[Tape, ...], ...]
     boxes: tuple[Box, ...]
     errors: tuple[int, ...]
     sizes: tuple[int, ...]
 
-    def series(self, numbers: Exact, phase: Interval) -> Series:
-        """Coefficients k over a phase interval, hulled with the slope of k - 1 by the phase.
-
-        With these any later coefficient contains what the phase alone changes in time, the
-        rest being held: the mean value theorem may be used in the phase.
-        """
+    def series(self, numbers: Exact, phases: Box) -> Series:
+        """Coefficients over a box of phases, with slopes by these where numbers have any."""
         found: Series = []
         for k, (tape, box) in enumerate(zip(self.values, self.boxes, strict=True)):
-            value = tape.value((phase, *box))
-            if k:
-                slope = self.turned[k - 1].value((phase, *self.boxes[k - 1]))
-                value = hull(value, scale(Fraction(1, k), mul(self.speed, slope)))
+            value = tape.value((*phases, *box))
+            if isinstance(numbers, Sloped):
+                slopes = (self.turned[k], *(tapes[k] for tapes in self.across))
+                found.append((value, tuple(slope.value((*phases, *box)) for slope in slopes)))
+                continue
             size = max(self.sizes[k], absolute(value)[1])
             found.append(numbers.input(value, self.errors[k], size))
         return found
 
 
-def _settled(node: Node, length: int, least: int) -> _Settled:
-    """Find a time from which on what has no phase of its own hardly moves any more."""
-    nodes = [node]
-    while len(nodes) < length:
-        nodes.append(combine([(Fraction(1, len(nodes)), derivative(nodes[-1], "t"))]))
-    parts = [phases(part) for part in nodes]
-    arguments = [sorted({wave.text for wave in _waves(part)}) for part in nodes]
-    inner = [{text[4:-1] for text in found} for found in arguments]
-    if any(len(turns) > 1 for _, turns in parts) or any(a not in (inner[0], set()) for a in inner):
-        raise UndecidedError("center nominal needs a reference with one period in the end")
-    reason = ""
-    start = max(least, ONE)
-    for _ in range(12):
+class _Span(Tail):
+    """Enclosures over [T, T'] of what has no phase."""
+
+    def __init__(self, start: int, end: int, ranges: Mapping[str, Interval]) -> None:
+        super().__init__(start, ranges)
+        self.end = end
+
+    def growth(self, node: Node) -> Growth:
+        """Enclose an expression over the span."""
+        ranges = {**self.ranges, "t": (self.start[0], self.end)}
+        low, high = extremes(node, ranges, None, 40)
+        return Growth(Fraction(0), (low[0], high[1]))
+
+
+class _Signal:
+    """A reference with its derivatives, whose waves with a frequency have become phases."""
+
+    def __init__(self, problem: Problem, node: Node, length: int) -> None:
+        self.problem, self.nodes = problem, [node]
+        while len(self.nodes) < length:
+            order = len(self.nodes)
+            slope = derivative(self.nodes[-1], "t")
+            self.nodes.append(combine([(Fraction(1, order), slope)]))
+        self.phased, turns = common_phases(self.nodes)
+        self.turns = turns or {"#p0": ZERO_I}
+        self.speed = _turning(self.nodes[0]) if len(turns) == 1 else ZERO_I
+        if len(turns) > 1:
+            rates = [a[1:3] for a in (_frequency(wave.args[0]) for wave in _waves(node)) if a]
+            found = [scale(weight, Tape(rest, ()).value(())) for weight, rest in rates]
+            self.speed = _call("max", [absolute(a) for a in found])
+
+    def settled(self, start: int, end: int | None) -> _Settled | None:
+        """Cover [start, end], or all later times; None where that says too little as yet."""
         try:
-            tails = [Tail(start, turns) for _, turns in parts]
-            rest = [tail.abstract(part) for tail, (part, _) in zip(tails, parts, strict=True)]
-        except UndecidedError as error:
-            reason = str(error)
-        else:
-            boxes = [
-                {name: value for name, value in tail.ranges.items() if name != "#p0"}
-                for tail in tails
+            spans = [
+                Tail(start, self.turns) if end is None else _Span(start, end, self.turns)
+                for _ in self.nodes
             ]
-            moves = max((b[1] - b[0] for box in boxes for b in box.values()), default=0)
-            if moves < ONE >> 20:
-                break
-        start *= 2
-    else:
-        raise UndecidedError(f"center nominal needs a reference that settles: {reason}")
-    speed = _turning(node) if parts[0][1] else ZERO_I
-    turned = [derivative(part, "#p0") for part in rest]
-    names = [["#p0", *box] for box in boxes]
-    errors, sizes = [0] * length, [0] * length
-    numbers = Rounded()
-    while start < _LATEST:
-        later = min(2 * start, _LATEST)
-        taylor = Taylor(numbers, length)
-        t = numbers.input((start, later), _ceil_shift(later, 53), later)
-        for k, a in enumerate(taylor.evaluate(node, {"t": [t, taylor.one]})):
-            errors[k], sizes[k] = max(errors[k], a[1]), max(sizes[k], a[2])
-        start = later
-    begin = tails[0].start[0]
-    return _Settled(
-        begin,
-        speed,
-        tuple(Tape(part, own) for part, own in zip(rest, names, strict=True)),
-        tuple(Tape(part, own) for part, own in zip(turned, names, strict=True)),
-        tuple(tuple(box.values()) for box in boxes),
-        tuple(errors),
-        tuple(sizes),
-    )
+            rest = [span.abstract(node) for span, node in zip(spans, self.phased, strict=True)]
+            errors, sizes = self._rounding(start, end or self.problem.latest)
+        except UndecidedError as error:
+            if end is None and start >= self.problem.latest:
+                raise UndecidedError(f"the reference cannot be enclosed: {error}") from None
+            return None
+        boxes = [
+            tuple(a for name, a in span.ranges.items() if name not in self.turns) for span in spans
+        ]
+        moves = max((a[1] - a[0] for box in boxes for a in box), default=0)
+        if end is None and moves >= ONE >> 20 and start < self.problem.latest:
+            return None
+        names = [list(span.ranges) for span in spans]
+        first, *others = self.turns
+        return _Settled(
+            tuple(map(Tape, rest, names)),
+            tuple(Tape(derivative(a, first), own) for a, own in zip(rest, names, strict=True)),
+            tuple(
+                tuple(Tape(derivative(a, name), own) for a, own in zip(rest, names, strict=True))
+                for name in others
+            ),
+            tuple(boxes),
+            tuple(errors),
+            tuple(sizes),
+        )
+
+    def _rounding(self, start: int, end: int) -> tuple[list[int], list[int]]:
+        """Bound rounding and partial sums of every coefficient in binary64."""
+        errors, sizes = [0] * len(self.nodes), [0] * len(self.nodes)
+        numbers = Rounded(self.problem.arithmetic)
+        taylor = Taylor(numbers, len(self.nodes))
+        while start < end:
+            later = min(max(2 * start, ONE >> 20), end)
+            t = numbers.input((start, later), clock_error(self.problem, later), later)
+            for k, a in enumerate(taylor.evaluate(self.nodes[0], {"t": [t, taylor.one]})):
+                errors[k], sizes[k] = max(errors[k], a[1]), max(sizes[k], a[2])
+            start = later
+        return errors, sizes
+
+    def octave(self, start: int, end: int, cells: int) -> list[Stretch]:
+        """Cut a finite time, where a phase turns often into phases."""
+        turns = mul((end - start,) * 2, self.speed)[1] // (2 * PI_I[0])
+        many = len(self.turns) > 1 or turns > 3
+        settled = self.settled(start, end) if many and start >= ONE else None
+        if settled is not None:
+            return self.torus(settled, end, max(1, cells // 4))
+        return self.direct(start, end, cells)
+
+    def direct(self, start: int, end: int, cells: int) -> list[Stretch]:
+        """Cut a finite time itself."""
+        turns = mul((end - start,) * 2, self.speed)[1] // (2 * PI_I[0])
+        count = max(1, cells // 8) * (1 + turns)
+        return [Stretch(a, fading=False, latest=a[1]) for a in _cut(start, end, count)]
+
+    def torus(self, settled: _Settled, latest: int, cells: int) -> list[Stretch]:
+        """Cut the phases."""
+        wide = [a for a in self.turns.values() if a[1]]
+        count = round(cells ** (1 / len(wide))) if wide else 1
+        axes = [_cut(*a, count) if a[1] else [a] for a in self.turns.values()]
+        return [
+            Stretch(t, fading=False, latest=latest, settled=settled, others=tuple(others))
+            for t, *others in itertools.product(*axes)
+        ]
 
 
 def _rate(a: Series) -> Interval:
@@ -2884,42 +3176,43 @@ class _Starts:
         self.weights = path.latched(self.numbers, seeds[: path.n], *seeds[path.n :])
         self.middle = path.latched(Exact(), middle[: path.n], *middle[path.n :])
 
-    def moved(self, a: Any) -> Interval:
-        """Return what a number can differ from its value at the middle start."""
-        return total(map(mul, a[1], self.reach))
-
 
 def _centered(path: Trajectory, starts: _Starts, stretch: Stretch) -> tuple[list[Interval], ...]:
     """Enclose r_1..r_n, v over a stretch of time, their rates, and both at one point of it.
 
-    Values are met with the mean value form around middle time and start, rates too where the
-    series has the second derivative.
+    Values are met with the mean value form around middle time (or phases) and start, rates too
+    where the series has the second derivative.
     """
     t, settled, numbers = stretch.t, stretch.settled, starts.numbers
     middle = ((t[0] + t[1]) >> 1,) * 2
-    moved = sub(t, middle)
+    moved, reach = sub(t, middle), starts.reach
     if settled is None:
         weights = (starts.weights, starts.middle) if stretch.fading else (None, None)
         whole = path.series(numbers, numbers.input(t, 0, 0), weights[0])
         point = path.series(Exact(), middle, weights[1])
     else:
-        moved = div(moved, settled.speed) if settled.speed[1] else ZERO_I
-        whole = path.series(numbers, None, None, settled.series(numbers, t))
-        point = path.series(Exact(), None, None, settled.series(Exact(), middle))
+        box = (t, *stretch.others)
+        at: Box = tuple(((a[0] + a[1]) >> 1,) * 2 for a in box)
+        reach, moved = list(map(sub, box, at)), ZERO_I
+        whole = path.series(numbers, None, None, settled.series(numbers, box))
+        point = path.series(Exact(), None, None, settled.series(Exact(), at))
     values, rates = [], []
     for a, b in zip(whole, point, strict=True):
         slope = a[1] if len(a) > 1 else (ZERO_I, ())
         rate = slope[0]
         if path.problem.reference is not None:
             bent = scale(Fraction(2), a[2][0]) if len(a) > 2 else ZERO_I
-            near = add(add(_rate(b), mul(bent, moved)), starts.moved(slope))
+            near = add(add(_rate(b), mul(bent, moved)), _moved(slope, reach))
             rate = _meet(rate, near)
         rates.append(rate)
-        # By the phase alone only what the series itself gives is known to be the slope.
-        steep = rate if settled is None else slope[0]
-        near = add(add(b[0], mul(steep, moved)), starts.moved(a[0]))
+        near = add(add(b[0], mul(rate, moved)), _moved(a[0], reach))
         values.append(_meet(a[0][0], near))
     return values, rates, [b[0] for b in point], [_rate(b) for b in point]
+
+
+def _moved(a: Any, reach: Sequence[Interval]) -> Interval:
+    """Return what a number with slopes can differ from its value in the middle."""
+    return total(map(mul, a[1], reach))
 
 
 class _ModelError:
@@ -2968,7 +3261,8 @@ class _Survey:
         self.early = ZERO_I
         judged = [(stretch, self._judge(stretch)) for stretch in path.stretches(_SLICES)]
         self.found = _largest([bounds for _, bounds in judged])
-        for _ in range(3):
+        # A cell of several phases is cut in each of them, and there are few to begin with.
+        for _ in range(5 if judged[-1][0].others else 3):
             judged, last = self._cut(judged), self.found
             self.found = _largest([bounds for _, bounds in judged])
             pairs = zip(last, self.found, strict=True)
@@ -3008,9 +3302,11 @@ class _Survey:
 
 
 def _halved(stretch: Stretch) -> list[Stretch]:
-    cut = (stretch.t[0] + stretch.t[1]) >> 1
-    ends = ((stretch.t[0], cut), (cut, stretch.t[1]))
-    return [Stretch(t, stretch.fading, stretch.latest, stretch.settled) for t in ends]
+    boxes: list[Box] = [(stretch.t, *stretch.others)]
+    for j, a in enumerate(boxes[0]):
+        if a[0] < a[1]:
+            boxes = [half for box in boxes for half in halves(box, j)]
+    return [replace(stretch, t=t, others=tuple(others)) for t, *others in boxes]
 
 
 def _largest(bounds: Sequence[Sequence[Interval]]) -> list[Interval]:
@@ -3040,24 +3336,30 @@ class Following:
     v_start: Interval
 
     def rounding(self, cells: int = 64) -> list[int]:
-        """Bound the rounding of r_1..r_n and v in binary64, up to 1e6 s after the start."""
-        problem, numbers = self.path.problem, Rounded()
-        starts = [numbers.input(a, 0, absolute(a)[1]) for a in widened_starts(problem)]
+        """Bound the rounding of r_1..r_n and v as long as the controller accepts samples."""
+        problem, numbers = self.path.problem, Rounded(self.path.problem.arithmetic)
+        sizes = [absolute(a)[1] for a in widened_starts(problem)]
+        starts = [
+            numbers.input(a, passed_error(problem, size), size)
+            for a, size in zip(widened_starts(problem), sizes, strict=True)
+        ]
         offset = None
         if problem.reference is None:
             reach = run_time_offset(problem, starts[0][0])
             # The code subtracts y_d(0): one rounding, which a sum counts.
-            offset = numbers.total([numbers.input(reach, 0, absolute(reach)[1])])
+            bound = sizes[0] + problem.derivatives[0][1]
+            error = passed_error(problem, bound)
+            offset = numbers.total([numbers.input(reach, error, absolute(reach)[1])])
         weights = self.path.latched(numbers, starts, offset)
         worst = [0] * (self.path.n + 1)
         for stretch in self.path.stretches(cells):
             # t - t_0 is rounded once; a period later the same point has a larger t.
             t, latest = stretch.t, max(stretch.latest, stretch.t[1])
             if stretch.settled is not None:
-                y = stretch.settled.series(numbers, t)
+                y = stretch.settled.series(numbers, (t, *stretch.others))
                 found = self.path.series(numbers, None, None, y)
             else:
-                time = numbers.input(t, _ceil_shift(latest, 53), latest)
+                time = numbers.input(t, clock_error(problem, latest), latest)
                 found = self.path.series(numbers, time, weights if stretch.fading else None)
             worst = [max(error, a[0][1]) for error, a in zip(worst, found, strict=True)]
         return worst
@@ -3117,16 +3419,10 @@ class Gain:
         and its lower end is scaled down by what their lower ends can change it.
         """
         s = sym("s")
-        slope: list[tuple[Fraction, Node]] = [(self.k, UNIT)]
-        if self.M:
-            bent = function("tanh", (combine([(self.M / self.epsilon, s)]),))
-            flat = minus(UNIT, multiply([(bent, 2)]))
-            slope.append((self.M * self.M / self.epsilon, flat))
-        slope.append((self.c * self.N, multiply([(s, self.N - 1)])))
         pull = combine([(1, sym("ahead")), (1, self.of(s))])
         form = multiply(
             [
-                (combine(slope), 1),
+                (self.slope_of(s), 1),
                 (combine([(1, sym("load")), (1, multiply([(sym("gain"), 1), (pull, 1)]))]), 1),
             ]
         )
@@ -3143,6 +3439,16 @@ class Gain:
         if self.M:
             terms.append((self.M, function("tanh", (combine([(self.M / self.epsilon, e)]),))))
         return combine(terms)
+
+    def slope_of(self, e: Node) -> Node:
+        """Phi' of an expression."""
+        slope: list[tuple[Fraction, Node]] = [(self.k, UNIT)]
+        if self.M:
+            bent = function("tanh", (combine([(self.M / self.epsilon, e)]),))
+            flat = minus(UNIT, multiply([(bent, 2)]))
+            slope.append((self.M * self.M / self.epsilon, flat))
+        slope.append((self.c * self.N, multiply([(e, self.N - 1)])))
+        return combine(slope)
 
     def jump(self, shift: Interval, earlier: Gain, reach: Interval) -> Interval:
         """Delta of section 8: sup |phi(e + d) - phi_earlier(e)|, |e| <= reach, |d| <= shift.
@@ -3260,10 +3566,20 @@ class Goal:
     ranges: tuple[tuple[str, Interval], ...]
     signs: tuple[tuple[str, int], ...] = ()
 
+    @property
+    def leaf(self) -> Any:
+        """Return the tree that is one leaf."""
+        return [-1]
+
     def tape(self, node: Node) -> tuple[Tape, Box]:
         """Return a compiled expression and its box."""
-        kept = [(name, interval) for name, interval in self.ranges if name in symbols(node)]
-        return Tape(node, [name for name, _ in kept]), tuple(interval for _, interval in kept)
+        names = self.names(node)
+        return Tape(node, names), tuple(interval for name, interval in self.ranges if name in names)
+
+    def names(self, node: Node) -> list[str]:
+        """List the symbols of an expression in the box's order."""
+        present = symbols(node)
+        return [name for name, _ in self.ranges if name in present]
 
     def witness(self, boxes: int) -> dict[str, float] | None:
         """Search a point where ``plain`` is certainly positive; names with their values."""
@@ -3275,11 +3591,33 @@ class Goal:
         if found[0] <= 0:
             return None
         signs = dict(self.signs)
-        names = [name for name, _ in self.ranges if name in symbols(self.plain)]
+        names = self.names(self.plain)
         return {
-            name.lstrip("+"): signs.get(name, 1) * ((lo + hi) / (2 * ONE))
+            name.lstrip("+#"): signs.get(name, 1) * ((lo + hi) / (2 * ONE))
             for name, (lo, hi) in zip(names, point, strict=True)
         }
+
+
+@dataclass(frozen=True, slots=True)
+class Facet(Goal):
+    """``steep <= 0`` over a box: what a claim of a load or of the rate falls into."""
+
+    steep: Steep = field(default_factory=lambda: Steep(NOTHING, ()))
+
+    @property
+    def leaf(self) -> Any:
+        """Return the tree that is one leaf."""
+        return "."
+
+    def tape(self, node: Node) -> tuple[Tape, Box]:
+        """Return what is bounded, and its box."""
+        del node
+        return self.steep, tuple(interval for _, interval in self.ranges)
+
+    def names(self, node: Node) -> list[str]:
+        """List the symbols of the box."""
+        del node
+        return [name for name, _ in self.ranges]
 
 
 @dataclass(frozen=True, slots=True)
@@ -3357,47 +3695,76 @@ class StageLaw:
     rounding: tuple[int, ...]
 
 
+def passed_error(problem: Problem, size: int) -> int:
+    """Bound what a number of this size loses where it is passed in: binary64 takes it whole."""
+    return _ceil_shift(size, 24) if problem.arithmetic.single else 0
+
+
+def clock_error(problem: Problem, elapsed: int) -> int:
+    """Bound the error of t - t_0: its own rounding, in binary32 also those of t and t_0."""
+    own = _ceil_shift(elapsed, problem.arithmetic.bits)
+    return own + 2 * passed_error(problem, problem.latest)
+
+
 def rounding_errors(
     problem: Problem, gains: Sequence[Gain | Tall], p: Sequence[Fraction], center: Center
 ) -> tuple[int, ...]:
-    """Bound the rounding of each measured error and of u in binary64, for |ê_i| <= 2 p_i.
+    """Bound the rounding of each measured error and of u, for |ê_i| <= 2 p_i.
 
-    (U0 gives |ê_i| <= p_i + eta_i < 2 p_i inside Omega.) Each operation rounds by at most 2^-53
-    of its result, a library function by 4 ulp = 8 such units; counts below are rounded up
-    generously, which covers all terms of second order:
+    (U0 gives |ê_i| <= p_i + eta_i < 2 p_i inside Omega.) Each operation rounds by at most one
+    unit, 2^-53 or 2^-24 of its result, tanh and the function in rho by at most C units; counts
+    below are rounded up generously, which covers all terms of second order:
 
-    y_d(t): ``Tape.rounding`` over [0, 1], [1, 2], [2, 4] .. 1e6 s; the controller refuses
-    t - t_0 > 1e6 s, and t - t_0 itself is rounded once. rho: at most 3 roundings of an argument
-    y with |rho'(y) y| < 1.6, 8 for the function, 3 more: 32 cover it. r_1 = y_d + rho a with a
-    = x_1(0) - y_d(0). phi: k e one; M e / epsilon three, times y sech^2 y <= min(|y|, 1/2); tanh
-    8 (of at most min(|y|, 1)), a product 1; c e^N N; two additions. H(rho) by Horner's rule: 2
-    roundings a power, and those of rho times H' <= (number of powers) H(1).
+    y_d(t): ``Tape.rounding`` over [0, 1], [1, 2], [2, 4] .. the last time (1e6 s in binary64);
+    the controller refuses later ones, and t - t_0 itself is rounded once. rho: at most 3 roundings
+    of an argument y with |rho'(y) y| < 1.6, C for the function, 3 more: 16 + 2 C cover it. r_1 =
+    y_d + rho a with a = x_1(0) - y_d(0). phi: k e one; M e / epsilon three, times y sech^2 y <=
+    min(|y|, 1/2); tanh C (of at most min(|y|, 1)), a product 1; c e^N N; two additions. H(rho) by
+    Horner's rule: 2 roundings a power, and those of rho times H' <= (number of powers) H(1).
 
     A handover adds rho times what was measured, and one addition; t - t_l has three roundings
-    of times up to 1e6 s, which rho passes on times its rate. Center nominal has its
+    of times up to the last, which rho passes on times its rate. Center nominal has its
     own bounds, for r and v.
+
+    In binary32 also what is passed in is rounded: x and x(0), which the four units of every sum
+    have room for, y_d, and the two times, which rho passes on times its rate.
     """
-    unit = _ROUNDING
+    arithmetic, latest = problem.arithmetic, Fraction(problem.latest, ONE)
+    unit = Fraction(1, 1 << arithmetic.bits)
+    bent, faded = (
+        max(arithmetic.function(name, ZERO_I, ONE) >> P for name in names)
+        for names in (("tanh",), ("exp", "cos"))
+    )
+    late = 4 * latest if arithmetic.single else Fraction(0)
     reference = at_zero = 0
     following = center.following.rounding() if center.following is not None else None
     if problem.reference is not None and following is None:
         tape = Tape(problem.reference, ("t",))
-        at_zero = tape.rounding((ZERO_I,), (0,))
-        ends = [0, *(ONE << j for j in range(20)), 10**6 * ONE]
+        at_zero = tape.rounding((ZERO_I,), (0,), arithmetic)
+        ends = [0, *(ONE << j for j in range(20) if ONE << j < problem.latest), problem.latest]
         for left, right in itertools.pairwise(ends):
-            box = ((left, right),)
-            reference = max(reference, tape.rounding(box, (_ceil_shift(right, 53),)))
+            box, error = ((left, right),), clock_error(problem, right)
+            reference = max(reference, tape.rounding(box, (error,), arithmetic))
+        # In place of the compiled-in value that of the file may be passed in.
+        low, high = over_time(problem.reference, {}, 0) if arithmetic.single else (ZERO_I, ZERO_I)
+        passed = passed_error(problem, max(-low[0], high[1]))
+        reference, at_zero = reference + passed, at_zero + passed
+    elif problem.reference_bounds is not None:
+        reference = at_zero = passed_error(problem, problem.reference_bounds[0][1])
     offset = absolute(center.offset)[1]
     errors: list[int] = []
     phi = phi_error = 0
     for i, (gain, half_width) in enumerate(zip(gains, p, strict=True)):
         size = scale(2 * half_width, ONE_I)
         r = center.size(i)[1]
-        terms = 40 * (offset if i == 0 else r) + 4 * (r + offset * (i == 0) + size[1] + phi)
+        fading = offset if i == 0 else r
+        terms = (24 + 2 * faded) * fading + 4 * (r + offset * (i == 0) + size[1] + phi)
+        terms += scale(late, mul(problem.rhos[i].rate, (fading, fading)))[1]
         if center.switches:
             moved = center.moved[1] if i == 0 else r
-            terms += 40 * moved + 2 * center.switches * (r + 2 * offset + 2 * moved)
-            terms += 4 * 10**6 * mul(problem.rhos[i].rate, (moved, moved))[1]
+            terms += (24 + 2 * faded) * moved + 2 * center.switches * (r + 2 * offset + 2 * moved)
+            moving = mul(problem.rhos[i].rate, (moved, moved))
+            terms += scale(4 * latest + 2 * late, moving)[1]
         own = (reference + at_zero) * (i == 0)
         if following is not None:
             own, terms = following[i], 4 * (r + size[1] + phi)
@@ -3405,14 +3772,13 @@ def rounding_errors(
         bend = min(scale(gain.M / gain.epsilon, size)[1], ONE)
         parts = (
             ((6 + 40 * gain.powers) * gain.k, size[1]),
-            (20 * gain.M, bend),
+            ((12 + bent) * gain.M, bend),
             ((gain.N + 6) * gain.c, power(size, Fraction(gain.N))[1]),
         )
         phi_error = sum(scale(unit * weight, (0, part))[1] for weight, part in parts) + 1
         phi = gain.phi(size)[1]
-        quotient = scale(2 * gain.M * half_width / gain.epsilon, ONE_I)[1]
-        if max(quotient, phi, *(part for _, part in parts)) > _BINARY64:
-            raise UndecidedError(f"phi_{i + 1} beyond 2^1000: binary64 could overflow")
+        quotient = scale(gain.M / gain.epsilon * max(2 * half_width, Fraction(1)), ONE_I)[1]
+        arithmetic.within(max(quotient, phi, *(part for _, part in parts)))
     if following is not None:
         phi_error += following[-1] + scale(4 * unit, (0, center.size(len(p))[1] + phi))[1]
     return (*errors, phi_error)
@@ -3425,6 +3791,8 @@ def derive(
     c_0: float | Fraction | None = None,
     stages: Sequence[Sequence[Any]] = (),
     duration: float | Fraction | None = None,
+    tight: tuple[Sequence[float | Fraction], float | Fraction] | None = None,
+    arithmetic: tuple[str, str] = ("double", "libm"),
 ) -> Obligations:
     """Derive every obligation from the plant, the gains and the tube.
 
@@ -3443,6 +3811,10 @@ def derive(
         For theorem3: (gains, p, widened p) of the stages below the last one.
     duration : float or Fraction, optional
         For center nominal: T_s [s].
+    tight : tuple, optional
+        For bounds tight: the claimed loads and rate.
+    arithmetic : tuple[str, str]
+        What the controllers compute with: double or float, libm or portable.
 
     Returns
     -------
@@ -3460,10 +3832,13 @@ def derive(
     ----------
     docs/theory.md sections 1 to 4 and 6 to 8.
     """
-    question = repr((document, gains, half_widths, c_0, stages, duration))
+    more = (c_0, stages, duration, tight, arithmetic)
+    question = repr((document, gains, half_widths, *more))
     if question not in _ANSWERED:
         _ANSWERED.clear()
-        _ANSWERED[question] = _derived(document, gains, half_widths, c_0, stages, duration)
+        _ANSWERED[question] = _derived(
+            document, gains, half_widths, c_0, stages, duration, tight, Arithmetic(*arithmetic)
+        )
     return _ANSWERED[question]
 
 
@@ -3477,21 +3852,31 @@ def _derived(
     c_0: float | Fraction | None,
     stages: Sequence[Sequence[Any]],
     duration: float | Fraction | None,
+    tight: tuple[Sequence[float | Fraction], float | Fraction] | None,
+    arithmetic: Arithmetic,
 ) -> Obligations:
-    problem = read_plant(document)
+    problem = replace(read_plant(document), arithmetic=arithmetic)
+    if arithmetic.single and problem.method in ("theorem1", "theorem2"):
+        raise UndecidedError(f"{problem.method} neglects rounding: float needs method unified")
     if (c_0 is not None) != (problem.method == "theorem1") or len(stages) != problem.free:
         raise MalformedError(f"design: not one of {problem.method} with {problem.free} free stages")
     p = _widths(problem, half_widths)
-    if c_0 is not None:
+    if c_0 is not None and tight is None:
         tall = tuple(tall_of(g, f"gains[{i}]") for i, g in enumerate(_each(problem, gains)))
         return _Theorem1(problem, tall, p, Fraction(c_0)).obligations()
     shapes = _shapes(problem, gains)
-    if (duration is not None) != (problem.center == "nominal"):
-        raise MalformedError("design: T_s belongs to center nominal, and only there")
+    problem = _with_center(problem, "performance" if duration is None else "nominal")
+    if (tight is not None) != (problem.bounds == "tight"):
+        raise MalformedError("design: tight belongs to bounds tight, and only there")
+    claimed = None
+    if tight is not None:
+        claimed = Tight(tuple(map(Fraction, _each(problem, tight[0]))), Fraction(tight[1]))
     if duration is not None:
+        _check_nominal(problem)
         if not Fraction(1, 10**6) <= duration <= 10**6:
             raise MalformedError("design.T_s: from 1e-6 to 1e6 s")
-        return _Chain(problem, shapes, p, nominal_center(problem, Fraction(duration))).obligations()
+        center = nominal_center(problem, Fraction(duration))
+        return _Chain(problem, shapes, p, center, (), claimed).obligations()
     center = performance_center(problem)
     free: list[_FreeStage] = []
     for given in stages:
@@ -3504,7 +3889,20 @@ def _derived(
         )
         stage.watch(_widths(problem, given[1]))
         free.append(stage)
-    return _Chain(problem, shapes, p, center_after(center, free), free).obligations()
+    return _Chain(problem, shapes, p, center_after(center, free), free, claimed).obligations()
+
+
+def _with_center(problem: Problem, chosen: str) -> Problem:
+    """Take the center of the design, where the file leaves it open.
+
+    Either theorem is about such a plant: without declared bounds f* and g* are made of f and g.
+    """
+    bounded = any(c.f_bound is not None or c.g_bound is not None for c in problem.channels)
+    asked = "performance" if problem.center == "open" and bounded else problem.center
+    if asked not in (chosen, "open"):
+        raise MalformedError("design: T_s belongs to center nominal, and only there")
+    kept = tuple(pair for pair in problem.fixed if chosen == "nominal" or pair[0] != "T_s")
+    return replace(problem, center=chosen, fixed=kept)
 
 
 def _each(problem: Problem, values: Sequence[Any]) -> Sequence[Any]:
@@ -3524,6 +3922,299 @@ def _widths(problem: Problem, half_widths: Sequence[Any]) -> tuple[Fraction, ...
     return p
 
 
+_NEVER = (_LARGEST + 1,) * 2
+
+
+@dataclass(frozen=True, slots=True)
+class Tight:
+    """What bounds tight claims: loads of the facets, and the rate of e_n without the input."""
+
+    load: tuple[Fraction, ...]
+    rate: Fraction
+
+
+def performance_cover(problem: Problem) -> list[tuple[dict[str, Node], dict[str, Interval]]]:
+    """r_i = "#r{i}" and dr_i = "#d{i}" of center performance over pieces that cover all t >= 0.
+
+    Each piece has nodes and the ranges of their symbols: t, or phases and what belongs to them;
+    a = "#a1" and the starts "#a{i}"; y_d and dy_d where only bounds of them are known. rho_i is
+    0 from its end on; pieces overlap by the widths of the enclosures of the ends.
+    """
+    starts, bounds = widened_starts(problem), problem.reference_bounds
+    ranges = {f"#a{k + 1}": start for k, start in enumerate(starts)}
+    ranges["#a1"] = first_offset(problem, starts[0])
+    y, dy = sym("#y"), sym("#dy")
+    if bounds is not None:
+        ranges |= {"#y": (-bounds[0][1], bounds[0][1]), "#dy": (-bounds[1][1], bounds[1][1])}
+    elif problem.reference is not None:
+        y, dy = problem.reference, derivative(problem.reference, "t")
+    ends = sorted({rho.end for rho in problem.rhos if rho.end is not None})
+    if any(a[1] >= b[0] for a, b in itertools.pairwise(ends)):
+        raise UndecidedError("performance functions that end at almost the same time")
+
+    def path(end: Interval | None) -> dict[str, Node]:
+        found: dict[str, Node] = {}
+        for k, rho in enumerate(problem.rhos):
+            over = rho.end is not None and (end is None or rho.end < end)
+            fading = NOTHING if over else rho.node
+            for key, fade, own in (("r", fading, y), ("d", derivative(fading, "t"), dy)):
+                part = multiply([(fade, 1), (sym(f"#a{k + 1}"), 1)])
+                found[f"#{key}{k + 1}"] = combine([(1, part), (int(k == 0), own)])
+        return found
+
+    pieces: list[tuple[dict[str, Node], dict[str, Interval]]] = []
+    begin = 0
+    for end in ends:
+        pieces.append((path(end), {**ranges, "t": (begin, end[1])}))
+        begin = end[0]
+    last = path(None)
+    nodes, turns = common_phases(list(last.values()))
+    if not any("t" in symbols(node) for node in nodes):
+        return [*pieces, (dict(zip(last, nodes, strict=True)), {**ranges, **turns})]
+    right, reason = max(ONE, 2 * begin), ""
+    for _ in range(12):
+        try:
+            tail = Tail(right, {**ranges, **turns})
+            settled = dict(zip(last, map(tail.abstract, nodes), strict=True))
+        except UndecidedError as error:
+            reason = str(error)
+        else:
+            own = [a for name, a in tail.ranges.items() if name not in {**ranges, **turns}]
+            if right >= ONE << 8 or all(hi - lo <= ONE >> 8 for lo, hi in own):
+                pieces.append((last, {**ranges, "t": (begin, right)}))
+                return [*pieces, (settled, tail.ranges)]
+        right *= 2
+    raise UndecidedError(f"the reference cannot be enclosed: {reason}")
+
+
+class _Signals:
+    """r_1..r_n and v of center nominal over parts of a stretch, with slopes.
+
+    Coordinates, where they are no points: time (or phase), every start, the offset and y_d,
+    dy_d, .. where they are passed in.
+    """
+
+    def __init__(self, path: Trajectory, stretch: Stretch) -> None:
+        self.path, self.stretch, problem = path, stretch, path.problem
+        phases = zip(_PHASES, stretch.others, strict=False)
+        self.inputs: dict[str, Interval] = {"t": stretch.t, **dict(phases)}
+        self.passed: list[str] = []
+        if stretch.fading:
+            starts = widened_starts(problem)
+            self.inputs |= {f"#a{k + 1}": start for k, start in enumerate(starts)}
+            if problem.reference is None:
+                self.inputs["#offset"] = run_time_offset(problem, starts[0])
+        if problem.reference is None:
+            y = path.reference(Exact(), ZERO_I, path.n + 1)
+            self.passed = [f"#y{k}" for k in range(len(y))]
+            self.inputs |= dict(zip(self.passed, y, strict=True))
+        self.wide = [name for name, (lo, hi) in self.inputs.items() if lo < hi]
+        self._known: dict[Box, tuple[list[Interval], list[tuple[Interval, ...]]]] = {}
+        self._weights: dict[Any, Series] = {}
+
+    def over(self, box: Box) -> tuple[list[Interval], list[tuple[Interval, ...]]]:
+        """Enclose r_1..r_n, v and their slopes by the coordinates over a part."""
+        if box not in self._known:
+            if len(self._known) > 20_000:
+                self._known.clear()
+            self._known[box] = self._enclosed(box)
+        return self._known[box]
+
+    def _enclosed(self, box: Box) -> tuple[list[Interval], list[tuple[Interval, ...]]]:
+        if all(lo == hi for lo, hi in box):
+            return [a[0] for a in self._series(Exact(), box)], []
+        middle = tuple(((lo + hi) >> 1,) * 2 for lo, hi in box)
+        moved = list(map(sub, box, middle))
+        values, slopes = [], []
+        for a, point in zip(self._series(Sloped(), box), self.over(middle)[0], strict=True):
+            value, slope = a[0]
+            values.append(_meet(value, add(point, total(map(mul, slope, moved)))))
+            slopes.append(slope)
+        return values, slopes
+
+    def _series(self, numbers: Exact, box: Box) -> list[Series]:
+        path, settled = self.path, self.stretch.settled
+        whole = {**self.inputs, **dict(zip(self.wide, box, strict=True))}
+        seeds: dict[str, Any] = {name: numbers.input(a, 0, 0) for name, a in whole.items()}
+        if isinstance(numbers, Sloped):
+            for name in self.wide:
+                slope = tuple(ONE_I if other == name else ZERO_I for other in self.wide)
+                seeds[name] = whole[name], slope
+        weights = None
+        if self.stretch.fading:
+            begin = [name for name in seeds if name[:2] in ("#a", "#o")]
+            key = (type(numbers), *(whole[name] for name in begin))
+            if key not in self._weights:
+                starts = [seeds[name] for name in begin]
+                self._weights[key] = path.latched(numbers, starts[: path.n], *starts[path.n :])
+            weights = self._weights[key]
+        if settled is not None:
+            y = settled.series(numbers, tuple(whole.values()))
+            if isinstance(numbers, Sloped):
+                # Slopes by the phases that are no points.
+                wide = [name in self.wide for name in whole]
+                y = [(a, tuple(itertools.compress(by, wide))) for a, by in y]
+        elif self.passed:
+            y = [seeds[name] for name in self.passed]
+        else:
+            y = path.reference(numbers, seeds["t"], path.n + 1)
+        return path.series(numbers, seeds["t"], weights, y[: path.n + 1])
+
+
+class _Followed(Steep):
+    """An expression in r_1..r_n, v ("#r{i}"), errors and parameters, along center nominal.
+
+    A box begins with the coordinates of the signals; what depends on these is not taken to a
+    face, so that the middle of their part is used over and over.
+    """
+
+    def __init__(self, node: Node, signals: _Signals, names: Sequence[str]) -> None:
+        count = signals.path.n + 1
+        super().__init__(node, [*(f"#r{k + 1}" for k in range(count)), *names])
+        self.signals, self.held, self.count = signals, len(signals.wide), count
+
+    def _values(self, box: Box) -> list[Interval]:
+        return super()._values((*self.signals.over(box[: self.held])[0], *box[self.held :]))
+
+    def gradient(self, box: Box) -> tuple[Interval, Gradient]:
+        """Value and slopes, those of the signals passed on to their coordinates."""
+        value, inner = super().gradient(box)
+        result = {j + self.held - self.count: s for j, s in inner.items() if j >= self.count}
+        for k, slopes in enumerate(self.signals.over(box[: self.held])[1]):
+            if k in inner:
+                _accumulate(result, dict(enumerate(slopes)), inner[k])
+        return value, result
+
+
+class _Residual:
+    """R_i of docs/theory.md section 9 over facets and tube, for every t, start and parameter.
+
+    Made of true states: x_j = r_j + e_j - phi_{j-1}(e_{j-1}); along center nominal dr_j =
+    f^_j(r) + g^_j(r) r_{j+1}. What is bounded only has a factor of known sign and is kept apart.
+    """
+
+    def __init__(
+        self, problem: Problem, gains: Sequence[Gain], p: Sequence[Interval], center: Center
+    ) -> None:
+        self.problem, self.gains, self.p, self.n = problem, gains, p, len(gains)
+        self.following = center.following
+        self.r = [sym(f"#r{k + 1}") for k in range(self.n + 1)]
+        if self.following is None:
+            self.r[-1] = NOTHING
+        self.e = [sym(f"#e{k + 1}") for k in range(self.n)]
+        self.values: dict[str, Node] = {}
+        self.ahead: list[Node] = []
+        for k, state in enumerate(problem.states):
+            back = [(-1, gains[k - 1].of(self.e[k - 1]))] if k else []
+            self.ahead.append(combine([(1, self.r[k]), (1, self.e[k]), *back]))
+            self.values[state] = self.ahead[k]
+
+    @functools.cached_property
+    def stretches(self) -> list[_Signals]:
+        """Pieces of time along center nominal."""
+        path = self.following.path if self.following is not None else None
+        return [_Signals(path, stretch) for stretch in path.stretches(1)] if path else []
+
+    @functools.cached_property
+    def cover(self) -> list[tuple[dict[str, Node], dict[str, Interval]]]:
+        """Pieces of time of center performance."""
+        return performance_cover(self.problem)
+
+    def _at(self, node: Node | None) -> Node:
+        return substitute(node, self.values) if node is not None else NOTHING
+
+    def _gain(self, j: int) -> tuple[Node, Node]:
+        """Middle and half the width of g_j; no width where g is known."""
+        channel = self.problem.channels[j]
+        least, most = channel.g_min or channel.g or UNIT, channel.g_bound or channel.g or UNIT
+        if self.following is not None and channel.g is not None:
+            least = most = channel.g
+        low, high = self._at(least), self._at(most)
+        half = Fraction(1, 2)
+        return combine([(half, low), (half, high)]), combine([(half, high), (-half, low)])
+
+    def _forces(self, j: int) -> tuple[Node, Node]:
+        """f_j - dr_j, along center nominal by f^ and g^; then what is bounded only."""
+        channel = self.problem.channels[j]
+        f, bound = channel.f, channel.f_bound
+        if self.following is None:
+            # Center performance takes f*, declared or |f| itself, for all that is known of f.
+            f, bound = None, f if bound is None else bound
+            moved = sym(f"#d{j + 1}")
+        else:
+            model = self.following.path.model
+            bound = bound if f is None else None
+            r = dict(zip(self.problem.states, self.r, strict=False))
+            carried = multiply([(substitute(model.g[j], r), 1), (self.r[j + 1], 1)])
+            moved = combine([(1, substitute(model.f[j], r)), (1, carried)])
+        unknown = [function("abs", (self._at(part),)) for part in (bound, channel.disturbance)]
+        return minus(self._at(f), moved), combine((1, part) for part in unknown)
+
+    def _moved(self, j: int, ahead: Node) -> tuple[Node, Node]:
+        """de_j with a given x_{j+1}: what is known, and what is bounded only."""
+        force, unknown = self._carried(j)
+        middle, half = self._gain(j)
+        size = function("abs", (ahead,))
+        return (
+            combine([(1, force), (1, multiply([(middle, 1), (ahead, 1)]))]),
+            combine([(1, unknown), (1, multiply([(half, 1), (size, 1)]))]),
+        )
+
+    def _carried(self, i: int) -> tuple[Node, Node]:
+        """R_i without g_i r_{i+1}."""
+        force, unknown = self._forces(i)
+        if i:
+            slope = self.gains[i - 1].slope_of(self.e[i - 1])
+            before, more = self._moved(i - 1, self.ahead[i])
+            force = combine([(1, force), (1, multiply([(slope, 1), (before, 1)]))])
+            unknown = combine([(1, unknown), (1, multiply([(slope, 1), (more, 1)]))])
+        return force, unknown
+
+    def facets(self, i: int, load: Fraction) -> tuple[Facet, ...]:
+        """Where s e_i = p_i, and a little inside: s R_i - load g_i <= 0, with g_i > 0."""
+        force, unknown = self._carried(i)
+        middle, half = self._gain(i)
+        goals: list[Facet] = []
+        p = self.p[i]
+        for side in (1, -1):
+            rest = combine([(side, self.r[i + 1]), (-load, UNIT)])
+            pull = multiply([(half, 1), (function("abs", (rest,)), 1)])
+            middling = multiply([(middle, 1), (rest, 1)])
+            node = combine([(side, force), (1, unknown), (1, middling), (1, pull)])
+            near = (p[0] - (p[1] >> 40), p[1])
+            goals += self._goals(node, i, near if side > 0 else neg(near))
+        return tuple(goals)
+
+    def rates(self, rate: Fraction) -> tuple[Facet, ...]:
+        """On all of the tube: s R_n - rate <= 0."""
+        last = self.n - 1
+        known, unknown = self._moved(last, self.r[self.n])
+        goals: list[Facet] = []
+        for side in (1, -1):
+            node = combine([(side, known), (1, unknown), (-rate, UNIT)])
+            goals += self._goals(node, last, (-self.p[last][1], self.p[last][1]))
+        return tuple(goals)
+
+    def _goals(self, node: Node, i: int, facet: Interval) -> list[Facet]:
+        tube = {f"#e{k + 1}": (-p[1], p[1]) for k, p in enumerate(self.p[:i])}
+        tube |= {f"#e{i + 1}": facet, **self.problem.ranges}
+        if self.following is None:
+            goals = []
+            for nodes, ranges in self.cover:
+                whole = substitute(node, nodes)
+                names = [name for name in {**ranges, **tube} if name in symbols(whole)]
+                kept = tuple((name, {**ranges, **tube}[name]) for name in names)
+                goals.append(Facet(whole, whole, kept, (), Steep(whole, names)))
+            return goals
+        names = [name for name in tube if name in symbols(node)]
+        found = []
+        for signals in self.stretches:
+            kept = tuple((name, signals.inputs[name]) for name in signals.wide)
+            kept += tuple((name, tube[name]) for name in names)
+            found.append(Facet(node, node, kept, (), _Followed(node, signals, names)))
+        return found
+
+
 class _Chain:
     """The recursion from X_1 to U, and the claims on its way.
 
@@ -3539,8 +4230,10 @@ class _Chain:
         half_widths: tuple[Fraction, ...],
         center: Center,
         free: Sequence[_FreeStage] = (),
+        tight: Tight | None = None,
     ) -> None:
         self.problem, self.gains, self.half_widths = problem, gains, half_widths
+        self.tight = tight
         self.shapes = tuple(g if isinstance(g, Gain) else g.steepest() for g in gains)
         self.center, self.free = center, tuple(free)
         self.unified = problem.method in ("unified", "theorem3")
@@ -3549,8 +4242,12 @@ class _Chain:
         self.rounding = rounding_errors(problem, gains, half_widths, self.center)
         # With H scheduled f_bound is evaluated on smaller boxes too: one number will not do.
         self.weaker = not any(gain.powers for gain in gains)
+        if tight is not None and center.following is None:
+            # The residual is made of f_bound, g_min, g_bound at every point, not of numbers.
+            self.weaker = False
         self.tapes: dict[str, tuple[tuple[str, ...], Tape]] = {}
         self.table: dict[str, Interval] = {}
+        self.plain: dict[int, Interval] = {}
         self.outer: dict[str, Interval] = dict(problem.ranges)
         self.inner: dict[str, Interval] = dict(problem.ranges)
         self.checks: list[Obligation] = []
@@ -3598,6 +4295,7 @@ class _Chain:
         if self.unified:
             handovers = self._handovers()
             self.steps += handovers
+            self.steps += self._tightened()
             for i in range(self.n):
                 self._step_unified(i)
             # A late command of an earlier stage need not push inward, as U2' counts on.
@@ -3661,16 +4359,7 @@ class _Chain:
         self._put("L", i, gain.slope_at_most(self.p[i]))
         for node in channel.partial:
             self._extension(node, self.outer)
-        rate = self._put("rate", i, center.rate[i])
-        if center.following is not None:
-            load = self._residual(i, center.following)
-        else:
-            bounded = channel.f_bound if channel.f_bound is not None else channel.f
-            force = self._majorant(bounded if bounded is not None else NOTHING)
-            load = add(self._put("f_star", i, force), rate)
-        load = self._put("W", i, add(load, self._majorant(channel.disturbance)))
-        coupled = self._get("B", i - 1) if i else ZERO_I
-        load = self._put("D", i, add(load, coupled))
+        self._put("rate", i, center.rate[i])
         largest = channel.g_bound if channel.g_bound is not None else channel.g
         self._put("G", i, self._majorant(largest if largest is not None else UNIT))
         least = channel.g_min if channel.g_min is not None else channel.g
@@ -3681,11 +4370,14 @@ class _Chain:
         if i + 1 < self.n:
             feed = ZERO_I if center.following is not None else center.size(i + 1)
             ahead = add(self.p[i + 1], self._put("s", i, feed))
-        if smallest[0] > 0:
-            demand = add(div(load, self._get("g_min", i)), ahead)
-            self._put("F_star", i, demand)
-        if i + 1 < self.n:
-            self._put("B", i, gain.coupled(self.p[i], load, self._get("G", i), ahead))
+        try:
+            self._termwise(i, ahead)
+        except UndecidedError:
+            if self.tight is None:
+                raise
+        if self.tight is not None:
+            claimed = self._put("load", i, from_fraction(self.tight.load[i]))
+            self._put("F_star", i, add(claimed, self.p[i + 1] if i + 1 < self.n else ZERO_I))
         inherited = ZERO_I if i == 0 else self._get("Lambda", i - 1)
         factor = 2 if self.problem.anchor == "exact" else 1
         measured = scale(Fraction(factor), self.problem.delta[i])
@@ -3693,6 +4385,29 @@ class _Chain:
             measured = add(measured, (0, self.rounding[i]))
         eta = self._put("eta", i, add(measured, inherited))
         self._put("Lambda", i, gain.spread(self.p[i], eta))
+
+    def _termwise(self, i: int, ahead: Interval) -> None:
+        """W_i, D_i, F*_i and B_i, each factor bounded apart."""
+        channel, center = self.problem.channels[i], self.center
+        if center.following is not None:
+            load = self._residual(i, center.following)
+        else:
+            bounded = channel.f_bound if channel.f_bound is not None else channel.f
+            force = self._majorant(bounded if bounded is not None else NOTHING)
+            load = add(self._put("f_star", i, force), center.rate[i])
+        load = self._put("W", i, add(load, self._majorant(channel.disturbance)))
+        coupled = self.table.get(f"B{self.mark}[{self.problem.states[i - 1]}]") if i else ZERO_I
+        if coupled is None:
+            raise UndecidedError("no termwise bound of the state before")
+        load = self._put("D", i, add(load, coupled))
+        least = self._get("g_min", i)
+        if least[0] > 0:
+            demand = self._put("F_star", i, add(div(load, least), ahead))
+            own = self.p[i + 1] if i + 1 < self.n else ZERO_I
+            self.plain[i] = sub(demand, own)
+        if i + 1 < self.n:
+            gain = self.shapes[i]
+            self._put("B", i, gain.coupled(self.p[i], load, self._get("G", i), ahead))
 
     def _residual(self, i: int, center: Following) -> Interval:
         """W_i without the disturbance: model error, deviation, and what f^ leaves out."""
@@ -3733,7 +4448,7 @@ class _Chain:
                 (channel.f, channel.f_bound),
                 (combine([(-1, channel.f)]), channel.f_bound),
             ]
-            most = self._get("f_star", i)[1]
+            most = self.table.get(f"f_star{self.mark}[{state}]", ZERO_I)[1]
             self._check("f_bound", i, f"|f| <= f_bound of {state}", pair, most)
         positive = Comparison(self._get("g_min", i), ZERO_I)
         pair = []
@@ -3820,9 +4535,54 @@ class _Chain:
             late = self.table["delta_v"] = mul(hold, following.v_rate)
             held, largest = _call("max", (add(held, late), following.v_start)), add(v, command)
         self.table["U"] = add(largest, error)
-        speed = add(self._get("D", last), mul(self._get("G", last), add(held, error)))
+        speed = add(self._drift(), mul(self._get("G", last), add(held, error)))
         self.table["hold"], self.table["V"] = hold, speed
         self.table["zeta"] = add(eta, mul(hold, speed))
+
+    def _drift(self) -> Interval:
+        """Bound |de_n| without the input: D_n, or what is claimed of it."""
+        if self.tight is None:
+            return self._get("D", self.n - 1)
+        return from_fraction(self.tight.rate)
+
+    def _tightened(self) -> list[Obligation]:
+        """Claims of loads and rate (docs/theory.md section 9), where they are below termwise."""
+        if self.tight is None:
+            return []
+        if len(self.tight.load) != self.n:
+            raise MalformedError(f"design.tight: {self.n} loads are needed")
+        residual = _Residual(self.problem, self.shapes, self.p, self.center)
+        claims: list[Obligation] = []
+        for i, (state, load) in enumerate(zip(self.problem.states, self.tight.load, strict=True)):
+            name = f"tight[{state}]"
+            if self.plain.get(i, _NEVER)[1] <= from_fraction(load)[0]:
+                comparison = Comparison(from_fraction(load), self.plain[i], ">=")
+                statement = f"load_{i + 1} is at least the termwise D_{i + 1} / g_m + s_{i + 2}"
+                claims.append(Obligation(name, statement, self._uses(i), (comparison,)))
+                continue
+            statement = f"s R_{i + 1} / g_{i + 1} <= load_{i + 1} on the facets of {state}"
+            goals = residual.facets(i, load)
+            claims.append(Obligation(name, statement, self._uses(i), pointwise=goals))
+        return [*claims, self._rate(residual, self.tight.rate)]
+
+    def _loads(self, i: int) -> tuple[str, ...]:
+        """Ids of the claims that F*_i is made of; for i = n of the rate in V_n too."""
+        if self.tight is None:
+            return ()
+        state = self.problem.states[i]
+        rate = (f"tight.rate[{state}]",) if i + 1 == self.n else ()
+        return (f"tight[{state}]", *rate)
+
+    def _rate(self, residual: _Residual, rate: Fraction) -> Obligation:
+        last, state = self.n - 1, self.problem.states[-1]
+        name, uses, claimed = f"tight.rate[{state}]", self._uses(last), from_fraction(rate)
+        drift = self.table.get(f"D[{state}]", _NEVER)
+        if drift[1] <= claimed[0]:
+            statement = f"rate is at least the termwise D_{self.n}"
+            comparison = Comparison(claimed, drift, ">=")
+            return Obligation(name, statement, uses, (comparison,))
+        statement = f"|R_{self.n}| <= rate on the tube"
+        return Obligation(name, statement, uses, pointwise=residual.rates(rate))
 
     def _handovers(self) -> list[Obligation]:
         """Theorem 3, containment: the tube contains every jump out of every earlier stage."""
@@ -3859,7 +4619,7 @@ class _Chain:
         if i + 1 < self.n:
             force = Comparison(self._get("A", i), self._demand(i))
             statement = f"phi_{i + 1}(p_{i + 1}) > F*_{i + 1}"
-            uses = (*self._uses(i), f"U0[{state}]")
+            uses = (*self._uses(i), *self._loads(i), f"U0[{state}]")
             self.steps.append(Obligation(f"U1[{state}]", statement, uses, (force,)))
 
     def _last(self, name: str) -> Obligation:
@@ -3873,7 +4633,7 @@ class _Chain:
             statement = f"p_{n} > zeta and phi_{n}(p_{n} - zeta) > F*_{n} + delta_u"
         else:
             late = add(eta, scale(Fraction(2), mul(hold, self.table["V"])))
-            drift = add(self._get("D", last), mul(self._get("G", last), error))
+            drift = add(self._drift(), mul(self._get("G", last), error))
             rest = sub(sub(p, eta), mul(hold, drift))
             statement = (
                 f"p_{n} > eta_{n} + 2 (h + tau) V and phi_{n}(p_{n} - eta_{n} - (h + tau) "
@@ -3882,7 +4642,7 @@ class _Chain:
         demand = add(self._demand(last), error)
         main = Comparison(gain.phi(rest), demand)
         state = self.problem.states[last]
-        uses = (*self._uses(last), f"U0[{state}]")
+        uses = (*self._uses(last), *self._loads(last), f"U0[{state}]")
         return Obligation(f"{name}[{state}]", statement, uses, (main, Comparison(p, late)))
 
     def _step_theorem2(self, i: int) -> None:
@@ -3914,7 +4674,8 @@ class _Chain:
             if "epsilon_" in key and own[key.replace("epsilon", "M")] == ZERO_I:
                 continue
             distance = absolute(sub(own.get(key, ZERO_I), value))
-            allowed = scale(Fraction(1, 1 << 50), absolute(value))
+            close = 22 if self.problem.arithmetic.single else 50
+            allowed = scale(Fraction(1, 1 << close), absolute(value))
             if key.startswith("room"):
                 # eps_i is no constant of the controller but what p_i leaves beside D_i.
                 allowed = scale(Fraction(1, 1 << 30), self.p[int(key[5:]) - 1])
@@ -3922,7 +4683,7 @@ class _Chain:
         if held:
             statement = "the numbers that synthesis fixes are kept"
             claims.append(Obligation("fixed", statement, (), tuple(held), proof="rational"))
-        return claims
+        return [*claims, *_funnel_claims(self.problem, self.center)]
 
     def _numbers(self) -> dict[str, Interval]:
         """Return the numbers of the design, by the names that the controllers give them."""
@@ -3972,6 +4733,97 @@ def center_after(first: Center, free: Sequence[_FreeStage]) -> Center:
         high.append(latched)
         rate.append(mul(rho.rate, latched))
     return Center(tuple(low), tuple(high), tuple(rate), first.offset, moved, len(free))
+
+
+def _funnel_claims(problem: Problem, center: Center) -> list[Obligation]:
+    """Claim that |y - y_d| <= |r_1 - y_d| + p_1 stays below the funnel of the file for ever.
+
+    r_1 - y_d is b, or rho_1 a and what handovers add. The numbers are those nearest in binary64:
+    what the file writes as equal is equal.
+    """
+    if problem.funnel is None:
+        return []
+    try:
+        if center.following is not None:
+            room, when = _clearance(center.following.path, problem.funnel)
+            moved = f"|b(t)| + p_1 <= funnel(t) for all t >= 0, tightest {when}"
+        else:
+            room = sub(_beside_rho(problem, center, problem.funnel), center.moved)
+            more = " + what handovers add" * (center.switches > 0)
+            moved = f"rho_1(t) (a_0 + delta_0) + p_1{more} <= funnel(t) for all t >= 0"
+    except UndecidedError as error:
+        reason = str(error).rpartition(": ")[2]
+        raise UndecidedError(f"the funnel cannot be enclosed: {reason}") from None
+    needed = scale(1 - Fraction(1, 1 << 52), problem.accuracy)
+    return [Obligation("funnel", moved, ("accuracy",), (Comparison(room, needed, ">="),))]
+
+
+def _beside_rho(problem: Problem, center: Center, funnel: Node) -> Interval:
+    """Enclose the infimum over t of funnel - rho_1 (a_0 + delta_0)."""
+    rho, most = problem.rhos[0], absolute(center.offset)[1]
+    if problem.anchor != "latched":
+        most += problem.delta[0][1]
+    node = combine([(1, funnel), (Fraction(-most, ONE), rho.node)])
+    if rho.end is None:
+        return over_time(node, {}, 0)[0]
+    # From pi t_s on rho is 0; the two stretches overlap by the width of its enclosure.
+    head = extremes(node, {"t": (0, rho.end[1])})
+    return _call("min", (head[0], over_time(funnel, {}, rho.end[0])[0]))
+
+
+class _Clearance(Tape):
+    """|b(t)| - funnel(t) over a box of t, latched starts and, if y_d is unknown, what it may be."""
+
+    def __init__(self, path: Trajectory, funnel: Node) -> None:
+        super().__init__(funnel, ("t",))
+        self.path, problem = path, path.problem
+        box = widened_starts(problem)
+        if problem.reference is None:
+            box.append(run_time_offset(problem, box[0]))
+            box += [a[0] for a in path.reference(Sloped(), ZERO_I, path.n)[1:]]
+        self.box: Box = ((0, from_fraction(path.model.duration)[1]), *box)
+        self.wide = [j for j, a in enumerate(self.box) if j and a[0] < a[1]]
+        self.known: dict[Box, Series] = {}
+
+    def _fade(self, box: Box) -> Series:
+        """Return b and db/dt with their slopes by the coordinates that are wide."""
+        path, numbers = self.path, Sloped()
+        if box[1:] not in self.known:
+            seeds = [
+                (a, tuple(ONE_I if j == k else ZERO_I for j in self.wide) if k in self.wide else ())
+                for k, a in enumerate(box)
+            ]
+            start, rest = seeds[1 : path.n + 1], seeds[path.n + 1 :]
+            y, offset = path.reference(numbers, (ZERO_I, ()), path.n), None
+            if rest:
+                offset, *later = rest
+                y = [y[0], *later]
+            self.known[box[1:]] = lead_in(path.model, numbers, start, y, offset)
+        return fade(path.model, Taylor(numbers, 2), self.known[box[1:]], (box[0], ()))
+
+    def value(self, box: Box) -> Interval:
+        """Enclose |b| - funnel."""
+        return sub(absolute(self._fade(box)[0][0]), super().value(box[:1]))
+
+    def gradient(self, box: Box) -> tuple[Interval, Gradient]:
+        """Value and slopes."""
+        (b, by_start), (rate, _) = self._fade(box)
+        funnel, slopes = super().gradient(box[:1])
+        side = sign(b) if b[0] > 0 or b[1] < 0 else (-ONE, ONE)
+        found = {j: mul(side, slope) for j, slope in zip(self.wide, by_start, strict=False)}
+        return sub(absolute(b), funnel), {
+            0: sub(mul(side, rate), slopes.get(0, ZERO_I)),
+            **found,
+        }
+
+
+def _clearance(path: Trajectory, funnel: Node) -> tuple[Interval, str]:
+    """Enclose the infimum of funnel - |b| over all times and starts; say when it is reached."""
+    tape = _Clearance(path, funnel)
+    worst, point = maximize(tape, tape.box, None, 400)
+    early, late = neg(worst), over_time(funnel, {}, from_fraction(path.model.duration)[0])[0]
+    when = f"near t = {to_doubles(point[0])[0]:.6g} s" if early[1] <= late[1] else "after T_s"
+    return _call("min", (early, late)), when
 
 
 class _FreeStage(_Chain):
@@ -4325,10 +5177,16 @@ def without_common_power(node: Node) -> Node:
 
 def _assumed(problem: Problem) -> tuple[str, ...]:
     """List what no computation can prove; printed at the end of every verification."""
+    real = "binary32" if problem.arithmetic.single else "binary64"
+    computed = f"{real} is IEEE 754: + - * / are rounded to nearest, subnormal numbers are kept"
+    if problem.arithmetic.math == "libm":
+        computed = (
+            f"{real} is IEEE 754; tanh, sin, cos, exp, log of the libm (and others) keep to 4 ulp"
+        )
     lines = [
         "the plant is as declared: f, g, their bounds, disturbances, parameters, initial states",
         "measurement and actuation are as declared: quantizer, noise, period, delay, error",
-        "binary64 is IEEE 754; tanh, sin, cos, exp, log of the libm (and others) keep to 4 ulp",
+        computed,
         "the theorem itself (docs/theory.md) and this file",
         "the C source computes the law of controller.py (its constants and limits were compared)",
     ]
@@ -4450,7 +5308,8 @@ class Design:
     """What the certificate is about: the numbers that the controller contains.
 
     ``gains`` are (k, M, epsilon, c, N), with c_0 (gamma, H, c, N). ``stages`` are (gains, p,
-    widened p) of the free stages of theorem3; neither c_0 nor the widened p is in the code.
+    widened p) of the free stages of theorem3, ``tight`` the claimed loads and rate; neither c_0
+    nor the widened p nor these are in the code.
     """
 
     gains: Gains
@@ -4459,6 +5318,8 @@ class Design:
     c_0: float | None = None
     stages: tuple[tuple[Gains, tuple[float, ...], tuple[float, ...]], ...] = ()
     duration: float | None = None
+    tight: tuple[tuple[float, ...], float] | None = None
+    arithmetic: Arithmetic = _DEFAULT
 
     def constants(self) -> dict[str, float | int]:
         """Return the numbers by the names that the controllers give them."""
@@ -4471,7 +5332,9 @@ class Design:
 
     def obligations(self, plant: object) -> Obligations:
         """Derive what must hold for this design of a plant."""
-        return derive(plant, self.gains, self.p, self.c_0, self.stages, self.duration)
+        kind = (self.arithmetic.real, self.arithmetic.math)
+        more = (self.c_0, self.stages, self.duration, self.tight, kind)
+        return derive(plant, self.gains, self.p, *more)
 
 
 def _constants(prefix: str, gains: Gains, p: Sequence[float]) -> dict[str, float | int]:
@@ -4488,7 +5351,10 @@ def _constants(prefix: str, gains: Gains, p: Sequence[float]) -> dict[str, float
 
 def read_design(value: object) -> Design:
     """Read gains, tube and clamp; c_0 of theorem1, the stages of theorem3."""
-    design = fields(value, "design", "p gains U_MAX", "c_0 stages T_s")
+    design = fields(value, "design", "p gains U_MAX", "c_0 stages T_s tight real math")
+    arithmetic = Arithmetic(design.get("real", "double"), design.get("math", "libm"))
+    if arithmetic.real not in ("double", "float") or arithmetic.math not in ("libm", "portable"):
+        raise MalformedError("design: real is double or float, math is libm or portable")
     keys = _TALL if "c_0" in design else _SHAPE
     stages = []
     for j, given in enumerate(_list(design.get("stages", []), "design.stages", _MOST_STAGES)):
@@ -4502,7 +5368,20 @@ def read_design(value: object) -> Design:
         raise MalformedError("design: not one gain and one p for every state")
     duration = read_double(design["T_s"], "design.T_s") if "T_s" in design else None
     peak = read_double(design["U_MAX"], "design.U_MAX")
-    return Design(gains, p, peak, c_0, tuple(stages), duration)
+    tight = None
+    if "tight" in design:
+        given = fields(design["tight"], "design.tight", "load rate")
+        tight = (
+            _read_doubles(given["load"], "design.tight.load"),
+            read_double(given["rate"], "design.tight.rate"),
+        )
+        if any(x == 0 and math.copysign(1, x) < 0 for x in (*tight[0], tight[1])):
+            raise MalformedError("design.tight: a zero with a sign")
+    found = Design(gains, p, peak, c_0, tuple(stages), duration, tight, arithmetic)
+    for key, constant in found.constants().items():
+        if arithmetic.rounded(Fraction(constant)) != Fraction(constant):
+            raise MalformedError(f"design: {key} is no number of the type {arithmetic.real}")
+    return found
 
 
 def _read_gains(value: object, path: str, keys: Sequence[str]) -> Gains:
@@ -4574,7 +5453,8 @@ def _checked_documents(plant: object, certificate: object) -> tuple[Report, Obli
         for obligation in expected
     ]
     peak, clamp = obligations.enclosures["U"][1], Fraction(design.u_max) * ONE
-    if not peak <= clamp <= peak * Fraction(1 + 2**-30):
+    room = Fraction(1, 1 << (22 if design.arithmetic.single else 30))
+    if not peak <= clamp <= peak * (1 + room):
         raise MalformedError("design.U_MAX: not the peak input U rounded up")
     report = _report(results, obligations)
     if report.verdict == "proved":
@@ -4684,7 +5564,8 @@ def _check_goals(
     obligation: Obligation, kind: str, trees: object
 ) -> tuple[str, str, dict[str, float] | None]:
     goals = obligation.corner if kind == "corner" else obligation.pointwise
-    hints = [[-1]] * len(goals) if trees is None else _list(trees, "trees", len(goals))
+    leaf = [goal.leaf for goal in goals]
+    hints = leaf if trees is None else _list(trees, "trees", len(goals))
     if len(hints) != len(goals):
         raise MalformedError(f"{obligation.id}: {len(goals)} trees are needed")
     held = all(check_tree(goal, tree) for goal, tree in zip(goals, hints, strict=True))
@@ -4701,11 +5582,26 @@ def _check_goals(
     return "undecided", "the hinted subdivision does not prove it", None
 
 
+LETTERS = ".0123456789abcdefghijklmnopqrstuvwxyz"
+
+
 def check_tree(goal: Goal, tree: object) -> bool:
-    """Walk a bisection tree in pre-order: a dimension to cut at the middle, or -1 for a leaf."""
+    """Walk a bisection tree in pre-order: a dimension to cut at the middle, or -1 for a leaf.
+
+    For a facet it is a text: "." is a leaf, digits and letters are the dimensions.
+    """
     tape, box = goal.tape(goal.node)
     stack, held = [box], True
-    for entry in _list(tree, "trees", 4_000):
+    entries: Sequence[Any]
+    if isinstance(goal, Facet):
+        if not isinstance(tree, str) or len(tree) > 4_000:
+            raise MalformedError("trees: a text of at most 4000 letters is expected")
+        entries = [LETTERS.find(letter) - 1 for letter in tree]
+        if -2 in entries:
+            raise MalformedError("trees: a letter that is not known")
+    else:
+        entries = _list(tree, "trees", 4_000)
+    for entry in entries:
         if not stack:
             raise MalformedError("trees: entries are left over")
         part = stack.pop()
@@ -4798,12 +5694,12 @@ def _verified_folder(folder: Path) -> Report:
     for source in sources:
         text = _read(folder / source).decode("utf-8", "replace")
         _check_constants(source, text, name, design)
-        _check_screening(source, text, name, limits)
+        _check_screening(source, text, name, limits, design.arithmetic)
     pair = [
         _read(folder / path).decode("utf-8", "replace")
         for path in (f"c/include/{name}.h", sources[1])
     ]
-    _check_c(pair, name, len(design.p), [*design.constants(), *limits])
+    _check_c(pair, name, len(design.p), [*design.constants(), *limits], design.arithmetic)
     tests = [
         f"manifest: {len(manifest['files'])} files have the hashes that it lists",
         "constants: controller.py and the C source contain the certified binary64 numbers",
@@ -4812,6 +5708,7 @@ def _verified_folder(folder: Path) -> Report:
         return report
     text = _read(folder / "controller.py").decode("utf-8", "replace")
     screen(text, [*design.constants(), *limits])
+    _check_python_arithmetic(text, design.arithmetic)
     _check_places(text, design.constants())
     count = check_controller(folder / "controller.py", obligations, design)
     tests.append(f"law: controller.py gave {count} commands, each inside its enclosure")
@@ -4872,7 +5769,7 @@ def _check_constants(path: str, source: str, name: str, design: Design) -> None:
     for key in sorted(wanted.keys() | found.keys()):
         if key not in found or key not in wanted:
             raise MalformedError(f"{path}: {key} is not among both certified and emitted constants")
-        if _literal(found[key]) != Fraction(wanted[key]):
+        if _literal(found[key], design.arithmetic, path) != Fraction(wanted[key]):
             raise MalformedError(f"{path}: {key} = {found[key]}, certified {wanted[key]!r}")
 
 
@@ -4905,7 +5802,9 @@ _GUARDS = """#if defined(__FAST_MATH__)
 #include <stdbool.h>"""
 
 
-def _check_c(texts: Sequence[str], name: str, n: int, keys: Iterable[str]) -> None:
+def _check_c(
+    texts: Sequence[str], name: str, n: int, keys: Iterable[str], arithmetic: Arithmetic
+) -> None:
     """Want a header and a source whose preprocessor only guards, and each constant once."""
     own = (f"#ifndef {name}_H", f"#define {name}_H", f"#define {name}_ORDER {n}")
     allowed = {*_GUARDS.splitlines(), *own, f'#include "{name}.h"'}
@@ -4927,8 +5826,10 @@ def _check_c(texts: Sequence[str], name: str, n: int, keys: Iterable[str]) -> No
                 opened += word.count("{") - word.count("}")
             elif word not in ("", 'extern "C" {', "}"):
                 raise MalformedError(f"the C code: {word[:60]!r} for some compilers only")
-    if kept.count(f"typedef double {name}_real;") != 1:
-        raise MalformedError(f"{name}.h: {name}_real is not binary64")
+    if kept.count(f"typedef {arithmetic.real} {name}_real;") != 1:
+        wanted = "binary32" if arithmetic.single else "binary64"
+        raise MalformedError(f"{name}.h: {name}_real is not {wanted}")
+    _check_c_arithmetic(" ".join(_C_TOKEN.sub(" ", text) for text in texts), name, arithmetic)
     if len(re.findall(r"\b(enum|union|goto|asm)\b", " ".join(kept))) > 1:
         raise MalformedError(f"{name}.c: a second enum, or what no controller needs")
     types = (
@@ -4950,7 +5851,9 @@ def screening_limits(obligations: Obligations) -> dict[str, int]:
     else:
         low, high = over_time(problem.reference or NOTHING, {}, 0)
         largest = max(-low[0], high[1])
-    limits = {"y_d_limit": largest, "elapsed_limit": 10**6 * ONE}
+    limits = {"y_d_limit": largest, "elapsed_limit": problem.latest}
+    if problem.arithmetic.single:
+        limits["time_limit"] = problem.latest
     if problem.center == "nominal" and problem.reference is None:
         for k, bound in enumerate(problem.derivatives[1 : len(problem.states) + 1], start=1):
             limits[f"y_d_limit_{k}"] = bound[1]
@@ -4966,25 +5869,39 @@ def screening_limits(obligations: Obligations) -> dict[str, int]:
     return limits
 
 
-def _check_screening(path: str, source: str, name: str, limits: Mapping[str, int]) -> None:
+def _check_screening(
+    path: str, source: str, name: str, limits: Mapping[str, int], arithmetic: Arithmetic
+) -> None:
     prefix = f"{name}_" if path.endswith(".c") else ""
     for key, least in limits.items():
         found = re.findall(
             rf"^(?:static const \w+ )?{prefix}{key} = ([^;\s]+);?$", source, re.MULTILINE
         )
-        value = _literal(found[0]) if len(found) == 1 else None
+        value = _literal(found[0], arithmetic, path) if len(found) == 1 else None
         if value is None or value * ONE < least:
             raise MalformedError(f"{path}: {key} turns away samples that the theorem needs")
+        if key in ("elapsed_limit", "time_limit") and value * ONE != least:
+            raise MalformedError(f"{path}: {key} is later than the rounding is bounded for")
 
 
 def _unused(key: str, wanted: Mapping[str, float | int]) -> bool:
     return wanted.get(key.replace("epsilon", "M")) == 0
 
 
-def _literal(text: str) -> Fraction | None:
-    """Value of a decimal or hexadecimal floating literal as a compiler reads it."""
+def _literal(text: str, arithmetic: Arithmetic, path: str) -> Fraction | None:
+    """Value of a decimal or hexadecimal floating literal as a compiler reads it.
+
+    In C a binary32 number ends in F, and is nearer to the decimal than a quarter of a unit in
+    the last place, so that it does not matter who rounds how often.
+    """
     decimal = r"[0-9]+(\.[0-9]*)?([eE][-+]?[0-9]{1,4})?"
     try:
+        if arithmetic.single and path.endswith(".c"):
+            if not re.fullmatch(decimal + "F", text):
+                return None
+            near = arithmetic.rounded(Fraction(text[:-1]))
+            apart = abs(Fraction(text[:-1]) - near) * (1 << 26)
+            return near if apart < Fraction(2) ** math.frexp(near)[1] else None
         if re.fullmatch(decimal, text):
             return Fraction(float(text))
         if re.fullmatch(r"0x[0-9a-f.]+p[-+][0-9]{1,4}", text):
@@ -4994,8 +5911,213 @@ def _literal(text: str) -> Fraction | None:
     return None
 
 
+# 9b. What the code computes with. The portable functions, in Python as the generated file has
+# them but for the rounding to binary32; the C source must say the same.
+#
+# tanh: y = v / 2^d; y above / below is Lambert's continued fraction y / (1 + y^2 / (3 + ..)), cut
+# off. Its convergents for real y alternate around tanh y, so the error is less than the distance
+# to the next one. Then d times tanh 2 y = 2 t / (1 + t^2), t = tanh y, which is exact, increasing
+# for t < 1 and turns a relative error r into less than r. Every sum is of positive numbers.
+# exp: v = k ln 2 + r with ln 2 in two pieces, of which the first times k is exact; e^r =
+# (1 + t) / (1 - t), t = tanh(r/2) by the same fraction; times 2^k from powers of two, exact.
+# wave: v = k pi/2 + r with pi/2 in three pieces, of which the first two times k, and the first two
+# differences, are exact (at most 2^27 or 2^12 times 26 or 12 bits); Taylor series of sine and
+# cosine of r, whose terms alternate and fall: the error is less than the first term left out.
+# The proof of the numbers in _PORTABLE_BOUNDS is carried out, from this text and in this
+# arithmetic, by tests/property/test_portable_functions.py: every rounding is an unknown factor
+# 1 + d, |d| <= 2^-bits, and the mean value theorem bounds what all of them do together.
+
+
+def portable_functions(arithmetic: Arithmetic) -> dict[str, str]:
+    """Return the Python text of each portable function."""
+    single, lines = arithmetic.single, list[str]()
+
+    def clamp(target: str, value: str, end: float) -> None:
+        lines.append(f"{target}_low = {-end} if {value} < {-end} else {value}")
+        lines.append(f"{target} = {end} if {end} < {target}_low else {target}_low")
+
+    def horner(target: str, numbers: Sequence[Fraction | int]) -> None:
+        values = [float(arithmetic.rounded(Fraction(number))) for number in numbers]
+        product = f"z * {values[-1]}" if values[-1] != 1 else "z"
+        for j in range(len(values) - 2, -1, -1):
+            name = f"{target}_{j}" if j else target
+            lines.append(f"{name} = {values[j]} + {product}")
+            product = f"z * {name}"
+
+    def whole(target: str, value: str, factor: float) -> None:
+        large = 1.5 * 2.0 ** (arithmetic.bits - 1)
+        lines.append(f"{target}_far = {value} * {factor} + {large}")
+        lines.append(f"{target} = {target}_far - {large}")
+
+    def reduced(value: str, constant: Interval, bits: int, places: Sequence[int]) -> None:
+        exact, near = (Fraction(end, 1 << bits) for end in constant)
+        factor = float(arithmetic.rounded(1 / exact))
+        if float(arithmetic.rounded(1 / near)) != factor:
+            raise UndecidedError("a constant that is not known well enough")
+        whole("k", value, factor)
+        for j, place in enumerate(places, 1):
+            piece = Fraction(math.floor(exact * 2**place), 2**place)
+            lines.append(f"r_{j} = {value} - k * {float(piece)}")
+            exact, value = exact - piece, f"r_{j}"
+        rest = float(arithmetic.rounded(exact))
+        lines.append(f"r_{len(places) + 1} = {value} - k * {rest}")
+
+    def text(head: str, value: str) -> str:
+        body = "".join(f"\n    {line}" for line in lines)
+        lines.clear()
+        return f"def portable_{head} -> float:{body}\n    return {value}\n"
+
+    clamp("inner", "v", 9.25 if single else 20.0)
+    lines.append(f"y = {0.25 if single else 0.125} * inner")
+    lines.append("z = y * y")
+    horner("above", (945, 105, 1) if single else (34459425, 4729725, 135135, 990, 1))
+    horner("below", (945, 420, 15) if single else (34459425, 16216200, 945945, 13860, 45))
+    lines.append("t_0 = y * above / below")
+    count = 2 if single else 3
+    lines.extend(f"t_{j + 1} = (t_{j} + t_{j}) / (1.0 + t_{j} * t_{j})" for j in range(count))
+    clamp("outer", f"t_{count}", 1.0)
+    found = {"tanh": text("tanh(v: float)", "outer")}
+
+    clamp("inner", "v", 87.0 if single else 700.0)
+    reduced("inner", (_LN2_LO, _LN2_HI), W, (15,) if single else (42,))
+    lines.extend(("y = 0.5 * r_2", "z = y * y"))
+    horner("above", (105, 10) if single else (10395, 1260, 21))
+    horner("below", (105, 45, 1) if single else (10395, 4725, 210, 1))
+    lines.extend(("t = y * above / below", "e = (1.0 + t) / (1.0 - t)", "n_0 = abs(k)"))
+    n, power_of_two = "n_0", ""
+    for j in range(6 if single else 9, -1, -1):
+        size, factor = 2.0**j, 2.0 ** (2.0**j)
+        grown, kept = (
+            (f"{power_of_two} * {factor}", power_of_two) if power_of_two else (factor, 1.0)
+        )
+        lines.append(f"power_{j} = {kept} if {n} < {size} else {grown}")
+        if j:
+            lines.append(f"rest_{j} = {n} if {n} < {size} else {n} - {size}")
+        n, power_of_two = f"rest_{j}", f"power_{j}"
+    lines.append("value = e / power_0 if k < 0.0 else e * power_0")
+    found["exp"] = text("exp(v: float)", "value")
+
+    reduced("v", _HALF_PI, _V, (11, 23) if single else (25, 51))
+    lines.append("z = r_3 * r_3")
+    odd, even = (4, 5) if single else (8, 8)
+    horner("odd", [Fraction((-1) ** j, math.factorial(2 * j + 1)) for j in range(1, odd + 1)])
+    lines.append("sine = r_3 + r_3 * z * odd")
+    horner("even", [Fraction((-1) ** j, math.factorial(2 * j)) for j in range(2, even + 1)])
+    lines.extend(("fall = z * (0.5 - z * even)", "cosine = 0.75 - fall + 0.25"))
+    lines.append("turns = k + shift")
+    whole("full", "turns", 0.25)
+    lines.extend(("place = turns - 4.0 * full", "square = place * place"))
+    lines.append("far = cosine if square < 2.0 else sine")
+    lines.append("size = sine if square < 0.5 else far")
+    lines.extend(("minus = -size", "left = minus if place < -0.5 else size"))
+    lines.append("right = minus if 1.5 < place else left")
+    found["wave"] = text("wave(v: float, shift: float)", "right")
+    return found
+
+
+def _plain(function: ast.FunctionDef) -> str:
+    """Text of a function without docstring and without rounding to binary32."""
+
+    class Unrounded(ast.NodeTransformer):
+        def visit_Call(self, node: ast.Call) -> ast.AST:
+            self.generic_visit(node)
+            rounds = isinstance(node.func, ast.Name) and node.func.id == "single"
+            return node.args[0] if rounds and len(node.args) == 1 else node
+
+    if isinstance(function.body[0], ast.Expr):
+        function.body.pop(0)
+    return ast.unparse(Unrounded().visit(function))
+
+
+def _check_portable(path: str, texts: Sequence[str], arithmetic: Arithmetic) -> None:
+    """Want the functions of a file to be those that were proved, and no other."""
+    proved = {
+        name: ast.unparse(ast.parse(text)) for name, text in portable_functions(arithmetic).items()
+    }
+    found: list[str] = []
+    for text in texts:
+        try:
+            function = ast.parse(text).body[0]
+        except SyntaxError:
+            raise MalformedError(f"{path}: a portable function that cannot be read") from None
+        name = getattr(function, "name", "").removeprefix("portable_")
+        if (
+            not isinstance(function, ast.FunctionDef)
+            or name in found
+            or _plain(function) != proved.get(name)
+        ):
+            raise MalformedError(f"{path}: portable {name} is not the function that was proved")
+        found.append(name)
+    if found and arithmetic.math == "libm":
+        raise MalformedError(f"{path}: functions of its own, where those of the libm are certified")
+
+
+_LIBM = "acos acosh asin asinh atan atanh atan2 cbrt ceil cos cosh erf erfc exp exp2 expm1 fabs"
+_LIBM += " fdim floor fma fmax fmin fmod hypot ldexp lgamma log log10 log1p log2 nearbyint pow"
+_LIBM += " remainder rint round scalbn sin sinh sqrt tan tanh tgamma trunc"
+
+
+def _check_c_arithmetic(code: str, name: str, arithmetic: Arithmetic) -> None:
+    """Want every literal and every function call of the C code to be of the certified type."""
+    suffix = "f" if arithmetic.single else ""
+    for literal in re.findall(
+        r"(?<![\w.])(?:\d+\.\d*|\.\d+|\d+(?=[eE]))(?:[eE][-+]?\d+)?\w*", code
+    ):
+        if literal.endswith("F") != arithmetic.single or literal[-1] not in "0123456789.F":
+            raise MalformedError(
+                f"{name}.c: the literal {literal} is not of type {arithmetic.real}"
+            )
+    if re.search(r"\b0[xX][\w.]*[pP]", code):
+        raise MalformedError(f"{name}.c: a hexadecimal literal: no controller needs that")
+    if arithmetic.single and re.search(r"\bdouble\b", code):
+        raise MalformedError(f"{name}.c: a double where everything is certified as float")
+    for word in _LIBM.split():
+        for end in ("", "f", "l"):
+            allowed = end == suffix and (arithmetic.math == "libm" or word == "fabs")
+            if not allowed and re.search(rf"\b{word}{end}\b", code):
+                raise MalformedError(f"{name}.c: {word}{end} is not what the certificate is about")
+
+    def binary64(literal: re.Match[str]) -> str:
+        value = _literal(literal.group(), arithmetic, ".c")
+        return "unreadable" if value is None else repr(float(value))
+
+    form = rf"static {name}_real {name}_(tanh|exp|wave)\(([^)]*)\)\s*{{(.*?)}}"
+    functions = []
+    for head, parameters, body in re.findall(form, code, re.DOTALL):
+        lines = [" ".join(line.split()) for line in body.split(";") if line.strip()]
+        given = re.sub(rf"{name}_real (\w+)", r"\1: float", parameters)
+        text = [f"def portable_{head}({given}) -> float:"]
+        for line in lines:
+            plain = re.sub(rf"^const {name}_real ", "", line)
+            plain = re.sub(r"[\d.][\d.e+-]*F\b", binary64, plain).replace(f"fabs{suffix}(", "abs(")
+            plain = re.sub(r"= \((.+?)\) \? (.+) : (.+)$", r"= (\2) if (\1) else (\3)", plain)
+            text.append(f"    {plain}")
+        functions.append("\n".join(text))
+    if len(re.findall(rf"\b{name}_real {name}_(?:tanh|exp|wave)\b", code)) != len(functions):
+        raise MalformedError(f"{name}.c: a portable function that cannot be read")
+    _check_portable(f"{name}.c", functions, arithmetic)
+
+
+def _check_python_arithmetic(source: str, arithmetic: Arithmetic) -> None:
+    """Want the functions of controller.py to be of the certified kind."""
+    own: list[str] = []
+    for item in ast.walk(ast.parse(source)):
+        bound = getattr(item, "name", getattr(item, "id", getattr(item, "arg", "")))
+        stored = not isinstance(item, ast.Name) or not isinstance(item.ctx, ast.Load)
+        if isinstance(bound, str) and bound.startswith("portable_") and stored:
+            own.append(ast.unparse(item))
+        reads = isinstance(item, ast.ImportFrom) and item.module == "math"
+        reads = reads or (isinstance(item, ast.Attribute) and item.attr in _LIBM.split())
+        if reads and arithmetic.math == "portable":
+            raise MalformedError("controller.py: a function of the libm is not portable")
+    if ("from struct import" in source) != arithmetic.single:
+        raise MalformedError(f"controller.py: not rounded as numbers of type {arithmetic.real}")
+    _check_portable("controller.py", own, arithmetic)
+
+
 _IMPORTED = {
     "__future__": {"annotations"},
+    "struct": {"pack", "unpack"},
     "enum": {"IntEnum"},
     "typing": {"TYPE_CHECKING"},
     "collections.abc": {"Sequence"},
@@ -5226,12 +6348,13 @@ def check_controller(path: Path, obligations: Obligations, design: Design) -> in
         return lo + (hi - lo) * (state / (1 << 64))
 
     problem = obligations.problem
+    span = problem.latest / ONE
     count, last = 0, len(obligations.laws)
     try:
         spec.loader.exec_module(module)
         for run in range(8):
             controller = module.Controller()
-            t_0 = draw(0.0, 10.0)
+            t_0 = draw(0.0, min(10.0, span / 16.0))
             bound = problem.reference_bounds if problem.reference is None else None
             start = [draw(lo / ONE, hi / ONE) for lo, hi in problem.starts]
             first: float | list[float] = 0.0
@@ -5242,8 +6365,9 @@ def check_controller(path: Path, obligations: Obligations, design: Design) -> in
                 first = _possible_reference(problem, start[0], draw(-1.0, 1.0))
                 first = _with_derivatives(problem, first, draw)
             for j in range(25):
-                late = 9e5 * 10.0 ** ((j - 24) / 2.0) * draw(0.5, 1.0)
+                late = 0.9 * span * 10.0 ** ((j - 24) / 2.0) * draw(0.5, 1.0)
                 early = draw(20.0, 40.0) if 0 < j < 13 else 0.0
+                early = min(early, 0.5 * span)
                 if design.duration is not None and run % 2:
                     early = min(early, 8.0 * design.duration)
                 t = t_0 + ((j / 24.0) ** 2 * early if j < 13 else late) if j else t_0
@@ -5265,7 +6389,7 @@ def check_controller(path: Path, obligations: Obligations, design: Design) -> in
                     _judge_stage(controller.stage, memory.stage + 1)
                 count += 1
             widths = obligations.laws[memory.stage].widths
-            _judge_refusals(controller, (t_0, t), (x, u), (y,) if bound else (), widths[-1])
+            _judge_refusals(controller, (t_0, t, span), (x, u), (y,) if bound else (), widths[-1])
     except MalformedError:
         raise
     except Exception as error:  # noqa: BLE001
@@ -5275,16 +6399,18 @@ def check_controller(path: Path, obligations: Obligations, design: Design) -> in
 
 def _judge_refusals(
     controller: Any,
-    times: tuple[float, float],
+    times: tuple[float, float, float],
     last: tuple[Sequence[float], float],
     references: Sequence[Any],
     width: Fraction,
 ) -> None:
     """Pass samples after the last one that no law may be applied to, or that left the tube."""
-    (t_0, t), (x, u) = times, last
+    (t_0, t, span), (x, u) = times, last
+    # Less than any other number of the type below t, and beyond what is accepted.
+    before = math.nextafter(t, -math.inf) if span > 10**5 else t * (1.0 - 2.0**-22)
     for bad_t, bad_x, wanted in (
-        (math.nextafter(t, -math.inf), x[0], 3),
-        (t_0 + 1.1e6, x[0], 3),
+        (before, x[0], 3),
+        (t_0 + 1.1 * span, x[0], 3),
         (math.nan, x[0], 2),
         (t, math.nan, 2),
         (t, -math.inf, 2),

@@ -158,9 +158,9 @@ class Controller:
 
         # Errors made of measured states, and the law.
         e_1 = x_1 - r_1
-        phi_1 = M_1 * tanh((M_1 * e_1) / epsilon_1)
+        phi_1 = M_1 * tanh((M_1 / epsilon_1) * e_1)
         e_2 = (x_2 - r_2) + phi_1
-        phi_2 = M_2 * tanh((M_2 * e_2) / epsilon_2)
+        phi_2 = M_2 * tanh((M_2 / epsilon_2) * e_2)
         u = 0.0 - phi_2
 
         # The clamp never acts while the assumptions hold. NaN is held back, never passed on.

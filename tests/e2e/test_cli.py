@@ -90,12 +90,18 @@ def test_a_command_of_a_later_version_is_refused_and_not_listed(
     assert f"\n  {command} " not in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("words", [["--real", "float"], ["--math", "portable"]])
-def test_an_option_value_of_a_later_version_is_refused(
+@pytest.mark.parametrize("words", [["--real", "half"], ["--math", "newlib"]])
+def test_a_number_type_or_library_that_there_is_not_is_refused(
     words: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main([str(GOOD), *words]) == 2
-    assert "not available in this version" in capsys.readouterr().err
+    told = capsys.readouterr().err
+    assert words[1] in told
+    assert "see bfppc-synth synth --help" in told
+    assert main(["synth", "--help"]) == 0
+    listed = capsys.readouterr().out
+    assert "double|float" in listed
+    assert "libm|portable" in listed
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,8 @@ from bfppc_synth.bounds.numbers import FloatNumbers
 from bfppc_synth.bounds.residual import float_residual
 from bfppc_synth.model.shapes import Shape
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import prepare, synthesize
+from bfppc_synth.synthesis import synthesize
+from bfppc_synth.synthesis_prepare import prepare
 
 EXAMPLE_1 = """
 name: one

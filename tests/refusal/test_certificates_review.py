@@ -39,6 +39,7 @@ states: [x1, x2]
 dynamics: {x1: {f: x1}, x2: {f: x1*x2}}
 initial: {x1: 0.5, x2: [-0.1, 0.1]}
 performance: {accuracy: 0.25}
+synthesis: {center: performance}
 """
 PYTHON, SOURCE, HEADER = "controller.py", "c/src/reviewed.c", "c/include/reviewed.h"
 GOOD_LAW, BAD_LAW = "u = 0.0 - phi_2", "u = 0.0 + phi_2"

@@ -269,7 +269,13 @@ ADDED = [
         "theorem2 is proved for center performance",
         "method: unified",
     ),
-    ("synthesis: {bounds: tight}", "11:21:5", "synthesis.bounds", "not available", ""),
+    (
+        "synthesis: {bounds: tight, method: theorem2}",
+        "11:21:5",
+        "synthesis.bounds",
+        "proved for method unified, not for theorem2",
+        "method: unified",
+    ),
     ("synthesis: {objective: period}", "11:24:6", "synthesis.objective", "not available", ""),
     (
         "synthesis: {objective: {accuracy: 1}}",

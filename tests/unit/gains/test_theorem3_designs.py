@@ -15,7 +15,8 @@ from bfppc_synth.gains.search import search
 from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.model.shapes import Shape
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import prepare, synthesize
+from bfppc_synth.synthesis import synthesize
+from bfppc_synth.synthesis_prepare import prepare
 
 PLANT = (Path(__file__).parents[2] / "plants" / "switching.yaml").read_text(encoding="utf-8")
 START = "x1: 0.5, x2: 2}"

@@ -316,3 +316,25 @@ def test_a_source_of_the_residual_is_put_into_words(term, sentence):
 def test_the_command_line_says_what_u_consists_of(document):
     lines = summary(document)
     assert "  of it feedforward 70.5, tube 24.75; transition 0.625 s" in lines
+
+
+@pytest.mark.parametrize(("shift", "branch"), [(0, "x_{1}"), (1, "1 - x_{1}")])
+def test_an_abs_in_a_gain_that_is_followed_on_one_side_is_named(nominal, document, shift, branch):
+    first, second = nominal.plant.channels
+    # The starts are in [0, 1]: the side is that of the middle.
+    kinked = dataclasses.replace(second, g=3 + sp.Abs(nominal.plant.states[0] - shift))
+    plant = dataclasses.replace(nominal.plant, channels=(first, kinked))
+    (text,) = center_texts(dataclasses.replace(nominal, plant=plant), document)
+    (remark,) = [remark for remark in text.remarks if "kink" in remark]
+    assert remark.startswith(rf"$\hat{{g}}_{{2}}$ has ${branch}$ in place of ")
+    assert r"\left|{" in remark
+    assert f"${branch} > 0$" in remark
+    (plain,) = center_texts(nominal, document)
+    assert not any("kink" in remark for remark in plain.remarks)
+
+
+def test_majorants_of_f_and_g_are_shown_where_they_are_used(page, design, run, adversaries):
+    other = json.loads(json.dumps(report_document(design, run, adversaries), allow_nan=False))
+    assert "<h3>Majorants</h3>" in render_html(other, design, run)
+    assert "ajorant" not in page
+    assert "largest input gain" in page

@@ -292,3 +292,34 @@ def test_steps_that_pass_over_the_transition_prove_nothing(made):
     for duration, coverage in ((0.0101, Coverage.COVERED), (0.0099, Coverage.NOT_COVERED)):
         short = replace(design, nominal=nominal_model(design.plant, duration))
         assert choose_scheme(short).coverage is coverage
+
+
+def test_one_adversary_of_six_pushes_the_error_that_is_nearest_to_its_bound(made):
+    design = made()
+    dynamics = compile_plant(modelled(design.plant))
+    nature = Adversary(design, dynamics, choose_scheme(design), seed=1, run=5)
+    assert nature.kind.startswith("pushes the error nearest to its bound outward")
+    nature.act(0, 0.0, nature.start)
+    tracking = _follow(design)
+    nature.begin(tracking)
+    ((r_1, r_2),) = tracking.center([1.0], np.zeros(1)).tolist()
+    # |e| / p: 0.2 and then, with e_2 = d + 10 e_1, the second or the first is nearer.
+    for d, nearest in (((0.02, 0.1), 1.0), ((-0.02, 0.25), -1.0), ((-0.02, 0.6), 1.0)):
+        e = tracking.now(1.0, (r_1 + d[0], r_2 + d[1]), math.nan)
+        shares = [a / p for a, p in zip(e, design.omega, strict=True)]
+        assert math.copysign(1.0, max(shares, key=abs)) == nearest
+        action = nature.act(1000, 1.0, (r_1 + d[0], r_2 + d[1]))
+        # The disturbance of the second channel goes the same way, the noise the other.
+        assert action.arguments[2] == nearest
+        assert action.noise == (-nearest * 0.0002, -nearest * 0.0002)
+
+
+def test_center_performance_keeps_its_five_adversaries(design_of):
+    design = design_of(({"f": sp.Integer(0)}, {"f": sp.Integer(0)}))
+    dynamics = compile_plant(design.plant)
+    kinds = [
+        Adversary(design, dynamics, choose_scheme(design), seed=1, run=run).kind
+        for run in range(10)
+    ]
+    assert len({kind.partition(";")[0] for kind in kinds[:5]}) == 5
+    assert not any("nearest" in kind for kind in kinds)

@@ -18,12 +18,12 @@ int main(void)
 
     cart_pendulum_reset(&state);
     for (k = 0; k < 5; ++k) {
-        const cart_pendulum_real t = period * k;
+        const cart_pendulum_real t = period * (cart_pendulum_real)k;
         const cart_pendulum_real y_d = cart_pendulum_reference(t);
         cart_pendulum_real u = 0.0;
         const cart_pendulum_status status = cart_pendulum_step(&state, t, x, y_d, &u);
 
-        (void)printf("t = %.17g  u = %.17g  %s\n", t, u, words[status]);
+        (void)printf("t = %.17g  u = %.17g  %s\n", (double)t, (double)u, words[status]);
     }
     return 0;
 }

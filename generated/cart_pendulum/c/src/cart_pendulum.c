@@ -51,10 +51,28 @@ static const cart_pendulum_real cart_pendulum_y_d_limit = 0.10576695367096214;
 static const cart_pendulum_real cart_pendulum_elapsed_limit = 1000000.0;
 static const cart_pendulum_real cart_pendulum_time_limit = 549755813888.0;
 
+/* False for NaN, which fails every comparison. */
 static bool cart_pendulum_in_range(
     cart_pendulum_real v, cart_pendulum_real lower, cart_pendulum_real upper)
 {
-    return (isfinite(v) != 0) && (v >= lower) && (v <= upper);
+    return (v >= lower) && (v <= upper);
+}
+
+/* The clamp never acts while the assumptions hold. NaN is held back, never passed on. */
+static cart_pendulum_real cart_pendulum_clamped(cart_pendulum_real command, cart_pendulum_real held)
+{
+    cart_pendulum_real answer;
+
+    if (command > cart_pendulum_U_MAX) {
+        answer = cart_pendulum_U_MAX;
+    } else if (command < -cart_pendulum_U_MAX) {
+        answer = -cart_pendulum_U_MAX;
+    } else if (isfinite(command) != 0) {
+        answer = command;
+    } else {
+        answer = held;
+    }
+    return answer;
 }
 
 void cart_pendulum_reset(cart_pendulum_state *s)
@@ -88,12 +106,17 @@ cart_pendulum_status cart_pendulum_step(cart_pendulum_state *s, cart_pendulum_re
     const cart_pendulum_real x_1 = x[0];
     const cart_pendulum_real x_2 = x[1];
     const bool started = (s->started != 0);
-    /* A state that was never initialized must not become a command either. */
-    const bool sound = cart_pendulum_in_range(s->command, -cart_pendulum_U_MAX, cart_pendulum_U_MAX);
-    const cart_pendulum_real held = sound ? s->command : 0.0;
+    const cart_pendulum_real last = s->command;
+    cart_pendulum_real held = 0.0;
+    cart_pendulum_real answer;
     cart_pendulum_status status = cart_pendulum_BAD_INPUT;
 
-    *u = held;
+    /* A state that was never initialized must not become a command either. */
+    if ((isfinite(last) != 0)
+        && cart_pendulum_in_range(last, -cart_pendulum_U_MAX, cart_pendulum_U_MAX)) {
+        held = last;
+    }
+    answer = held;
     if ((isfinite(t) != 0)
         && cart_pendulum_in_range(x_1, -cart_pendulum_x_limit_1, cart_pendulum_x_limit_1)
         && cart_pendulum_in_range(x_2, -cart_pendulum_x_limit_2, cart_pendulum_x_limit_2)) {
@@ -103,8 +126,12 @@ cart_pendulum_status cart_pendulum_step(cart_pendulum_state *s, cart_pendulum_re
             || !((t > -cart_pendulum_time_limit) && (t < cart_pendulum_time_limit))) {
             status = cart_pendulum_BAD_TIME;
         } else if (cart_pendulum_in_range(y_d, -cart_pendulum_y_d_limit, cart_pendulum_y_d_limit)) {
-            const cart_pendulum_real offset = started ? s->offset : (x_1 - y_d);
-            const cart_pendulum_real start_2 = started ? s->start_2 : x_2;
+            if (!started) {
+                s->offset = x_1 - y_d;
+                s->start_2 = x_2;
+            }
+            const cart_pendulum_real offset = s->offset;
+            const cart_pendulum_real start_2 = s->start_2;
 
             /* The center that the errors are taken around. */
             const cart_pendulum_real rho =
@@ -112,20 +139,21 @@ cart_pendulum_status cart_pendulum_step(cart_pendulum_state *s, cart_pendulum_re
             const cart_pendulum_real r_1 = y_d + (rho * offset);
             const cart_pendulum_real r_2 = rho * start_2;
 
-            /* Errors made of measured states, and the law. */
+            /* Errors made of measured states, whether they are in their tubes, and the law. */
+            bool inside = true;
             const cart_pendulum_real e_1 = x_1 - r_1;
+            inside = inside && cart_pendulum_in_range(e_1, -cart_pendulum_p_1, cart_pendulum_p_1);
             const cart_pendulum_real feedback_2 =
-                (cart_pendulum_M_1 * e_1) / cart_pendulum_epsilon_1;
+                (cart_pendulum_M_1 / cart_pendulum_epsilon_1) * e_1;
             const cart_pendulum_real phi_1 = cart_pendulum_M_1 * tanh(feedback_2);
             const cart_pendulum_real e_2 = (x_2 - r_2) + phi_1;
+            inside = inside && cart_pendulum_in_range(e_2, -cart_pendulum_p_2, cart_pendulum_p_2);
             const cart_pendulum_real phi_2 = cart_pendulum_k_2 * e_2;
             const cart_pendulum_real command = 0.0 - phi_2;
 
             if (!started) {
                 s->started = 1;
                 s->t_0 = t;
-                s->offset = offset;
-                s->start_2 = start_2;
                 s->outside = 1;
                 if (cart_pendulum_in_range(x_1, cart_pendulum_start_lower_1, cart_pendulum_start_upper_1)
                     && cart_pendulum_in_range(x_2, cart_pendulum_start_lower_2, cart_pendulum_start_upper_2)) {
@@ -134,22 +162,8 @@ cart_pendulum_status cart_pendulum_step(cart_pendulum_state *s, cart_pendulum_re
             }
             s->t_last = t;
 
-            /* The clamp never acts while the assumptions hold. NaN is held back, never passed
-             * on. */
-            if (command > cart_pendulum_U_MAX) {
-                *u = cart_pendulum_U_MAX;
-            } else if (command < -cart_pendulum_U_MAX) {
-                *u = -cart_pendulum_U_MAX;
-            } else if (isfinite(command) != 0) {
-                *u = command;
-            } else {
-                *u = held;
-            }
-            s->command = *u;
-
-            if ((s->outside == 0)
-                && cart_pendulum_in_range(e_1, -cart_pendulum_p_1, cart_pendulum_p_1)
-                && cart_pendulum_in_range(e_2, -cart_pendulum_p_2, cart_pendulum_p_2)) {
+            answer = cart_pendulum_clamped(command, held);
+            if (inside && (s->outside == 0)) {
                 status = cart_pendulum_OK;
             } else {
                 status = cart_pendulum_OUTSIDE;
@@ -158,5 +172,7 @@ cart_pendulum_status cart_pendulum_step(cart_pendulum_state *s, cart_pendulum_re
             status = cart_pendulum_BAD_INPUT;
         }
     }
+    *u = answer;
+    s->command = answer;
     return status;
 }

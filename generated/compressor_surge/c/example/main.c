@@ -18,12 +18,12 @@ int main(void)
 
     compressor_surge_reset(&state);
     for (k = 0; k < 5; ++k) {
-        const compressor_surge_real t = period * k;
+        const compressor_surge_real t = period * (compressor_surge_real)k;
         const compressor_surge_real y_d = compressor_surge_reference(t);
         compressor_surge_real u = 0.0;
         const compressor_surge_status status = compressor_surge_step(&state, t, x, y_d, &u);
 
-        (void)printf("t = %.17g  u = %.17g  %s\n", t, u, words[status]);
+        (void)printf("t = %.17g  u = %.17g  %s\n", (double)t, (double)u, words[status]);
     }
     return 0;
 }

@@ -51,10 +51,28 @@ static const compressor_surge_real compressor_surge_y_d_limit = 1e-09;
 static const compressor_surge_real compressor_surge_elapsed_limit = 1000000.0;
 static const compressor_surge_real compressor_surge_time_limit = 549755813888.0;
 
+/* False for NaN, which fails every comparison. */
 static bool compressor_surge_in_range(
     compressor_surge_real v, compressor_surge_real lower, compressor_surge_real upper)
 {
-    return (isfinite(v) != 0) && (v >= lower) && (v <= upper);
+    return (v >= lower) && (v <= upper);
+}
+
+/* The clamp never acts while the assumptions hold. NaN is held back, never passed on. */
+static compressor_surge_real compressor_surge_clamped(compressor_surge_real command, compressor_surge_real held)
+{
+    compressor_surge_real answer;
+
+    if (command > compressor_surge_U_MAX) {
+        answer = compressor_surge_U_MAX;
+    } else if (command < -compressor_surge_U_MAX) {
+        answer = -compressor_surge_U_MAX;
+    } else if (isfinite(command) != 0) {
+        answer = command;
+    } else {
+        answer = held;
+    }
+    return answer;
 }
 
 void compressor_surge_reset(compressor_surge_state *s)
@@ -89,12 +107,17 @@ compressor_surge_status compressor_surge_step(compressor_surge_state *s, compres
     const compressor_surge_real x_1 = x[0];
     const compressor_surge_real x_2 = x[1];
     const bool started = (s->started != 0);
-    /* A state that was never initialized must not become a command either. */
-    const bool sound = compressor_surge_in_range(s->command, -compressor_surge_U_MAX, compressor_surge_U_MAX);
-    const compressor_surge_real held = sound ? s->command : 0.0;
+    const compressor_surge_real last = s->command;
+    compressor_surge_real held = 0.0;
+    compressor_surge_real answer;
     compressor_surge_status status = compressor_surge_BAD_INPUT;
 
-    *u = held;
+    /* A state that was never initialized must not become a command either. */
+    if ((isfinite(last) != 0)
+        && compressor_surge_in_range(last, -compressor_surge_U_MAX, compressor_surge_U_MAX)) {
+        held = last;
+    }
+    answer = held;
     if ((isfinite(t) != 0)
         && compressor_surge_in_range(x_1, -compressor_surge_x_limit_1, compressor_surge_x_limit_1)
         && compressor_surge_in_range(x_2, -compressor_surge_x_limit_2, compressor_surge_x_limit_2)) {
@@ -104,8 +127,12 @@ compressor_surge_status compressor_surge_step(compressor_surge_state *s, compres
             || !((t > -compressor_surge_time_limit) && (t < compressor_surge_time_limit))) {
             status = compressor_surge_BAD_TIME;
         } else if (compressor_surge_in_range(y_d, -compressor_surge_y_d_limit, compressor_surge_y_d_limit)) {
-            const compressor_surge_real offset = started ? s->offset : (x_1 - y_d);
-            const compressor_surge_real start_2 = started ? s->start_2 : x_2;
+            if (!started) {
+                s->offset = x_1 - y_d;
+                s->start_2 = x_2;
+            }
+            const compressor_surge_real offset = s->offset;
+            const compressor_surge_real start_2 = s->start_2;
 
             /* The center that the errors are taken around. */
             const compressor_surge_real rho =
@@ -113,20 +140,21 @@ compressor_surge_status compressor_surge_step(compressor_surge_state *s, compres
             const compressor_surge_real r_1 = y_d + (rho * offset);
             const compressor_surge_real r_2 = rho * start_2;
 
-            /* Errors made of measured states, and the law. */
+            /* Errors made of measured states, whether they are in their tubes, and the law. */
+            bool inside = true;
             const compressor_surge_real e_1 = x_1 - r_1;
+            inside = inside && compressor_surge_in_range(e_1, -compressor_surge_p_1, compressor_surge_p_1);
             const compressor_surge_real feedback_2 =
-                (compressor_surge_M_1 * e_1) / compressor_surge_epsilon_1;
+                (compressor_surge_M_1 / compressor_surge_epsilon_1) * e_1;
             const compressor_surge_real phi_1 = compressor_surge_M_1 * tanh(feedback_2);
             const compressor_surge_real e_2 = (x_2 - r_2) + phi_1;
+            inside = inside && compressor_surge_in_range(e_2, -compressor_surge_p_2, compressor_surge_p_2);
             const compressor_surge_real phi_2 = compressor_surge_k_2 * e_2;
             const compressor_surge_real command = 0.0 - phi_2;
 
             if (!started) {
                 s->started = 1;
                 s->t_0 = t;
-                s->offset = offset;
-                s->start_2 = start_2;
                 s->outside = 1;
                 if (compressor_surge_in_range(x_1, compressor_surge_start_lower_1, compressor_surge_start_upper_1)
                     && compressor_surge_in_range(x_2, compressor_surge_start_lower_2, compressor_surge_start_upper_2)) {
@@ -135,22 +163,8 @@ compressor_surge_status compressor_surge_step(compressor_surge_state *s, compres
             }
             s->t_last = t;
 
-            /* The clamp never acts while the assumptions hold. NaN is held back, never passed
-             * on. */
-            if (command > compressor_surge_U_MAX) {
-                *u = compressor_surge_U_MAX;
-            } else if (command < -compressor_surge_U_MAX) {
-                *u = -compressor_surge_U_MAX;
-            } else if (isfinite(command) != 0) {
-                *u = command;
-            } else {
-                *u = held;
-            }
-            s->command = *u;
-
-            if ((s->outside == 0)
-                && compressor_surge_in_range(e_1, -compressor_surge_p_1, compressor_surge_p_1)
-                && compressor_surge_in_range(e_2, -compressor_surge_p_2, compressor_surge_p_2)) {
+            answer = compressor_surge_clamped(command, held);
+            if (inside && (s->outside == 0)) {
                 status = compressor_surge_OK;
             } else {
                 status = compressor_surge_OUTSIDE;
@@ -159,5 +173,7 @@ compressor_surge_status compressor_surge_step(compressor_surge_state *s, compres
             status = compressor_surge_BAD_INPUT;
         }
     }
+    *u = answer;
+    s->command = answer;
     return status;
 }

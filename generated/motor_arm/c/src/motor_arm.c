@@ -60,10 +60,28 @@ static const motor_arm_real motor_arm_y_d_limit = 1.586504291064432;
 static const motor_arm_real motor_arm_elapsed_limit = 1000000.0;
 static const motor_arm_real motor_arm_time_limit = 34359738368.0;
 
+/* False for NaN, which fails every comparison. */
 static bool motor_arm_in_range(
     motor_arm_real v, motor_arm_real lower, motor_arm_real upper)
 {
-    return (isfinite(v) != 0) && (v >= lower) && (v <= upper);
+    return (v >= lower) && (v <= upper);
+}
+
+/* The clamp never acts while the assumptions hold. NaN is held back, never passed on. */
+static motor_arm_real motor_arm_clamped(motor_arm_real command, motor_arm_real held)
+{
+    motor_arm_real answer;
+
+    if (command > motor_arm_U_MAX) {
+        answer = motor_arm_U_MAX;
+    } else if (command < -motor_arm_U_MAX) {
+        answer = -motor_arm_U_MAX;
+    } else if (isfinite(command) != 0) {
+        answer = command;
+    } else {
+        answer = held;
+    }
+    return answer;
 }
 
 void motor_arm_reset(motor_arm_state *s)
@@ -103,12 +121,17 @@ motor_arm_status motor_arm_step(motor_arm_state *s, motor_arm_real t,
     const motor_arm_real x_2 = x[1];
     const motor_arm_real x_3 = x[2];
     const bool started = (s->started != 0);
-    /* A state that was never initialized must not become a command either. */
-    const bool sound = motor_arm_in_range(s->command, -motor_arm_U_MAX, motor_arm_U_MAX);
-    const motor_arm_real held = sound ? s->command : 0.0;
+    const motor_arm_real last = s->command;
+    motor_arm_real held = 0.0;
+    motor_arm_real answer;
     motor_arm_status status = motor_arm_BAD_INPUT;
 
-    *u = held;
+    /* A state that was never initialized must not become a command either. */
+    if ((isfinite(last) != 0)
+        && motor_arm_in_range(last, -motor_arm_U_MAX, motor_arm_U_MAX)) {
+        held = last;
+    }
+    answer = held;
     if ((isfinite(t) != 0)
         && motor_arm_in_range(x_1, -motor_arm_x_limit_1, motor_arm_x_limit_1)
         && motor_arm_in_range(x_2, -motor_arm_x_limit_2, motor_arm_x_limit_2)
@@ -119,9 +142,14 @@ motor_arm_status motor_arm_step(motor_arm_state *s, motor_arm_real t,
             || !((t > -motor_arm_time_limit) && (t < motor_arm_time_limit))) {
             status = motor_arm_BAD_TIME;
         } else if (motor_arm_in_range(y_d, -motor_arm_y_d_limit, motor_arm_y_d_limit)) {
-            const motor_arm_real offset = started ? s->offset : (x_1 - y_d);
-            const motor_arm_real start_2 = started ? s->start_2 : x_2;
-            const motor_arm_real start_3 = started ? s->start_3 : x_3;
+            if (!started) {
+                s->offset = x_1 - y_d;
+                s->start_2 = x_2;
+                s->start_3 = x_3;
+            }
+            const motor_arm_real offset = s->offset;
+            const motor_arm_real start_2 = s->start_2;
+            const motor_arm_real start_3 = s->start_3;
 
             /* The center that the errors are taken around. */
             const motor_arm_real rho =
@@ -130,24 +158,25 @@ motor_arm_status motor_arm_step(motor_arm_state *s, motor_arm_real t,
             const motor_arm_real r_2 = rho * start_2;
             const motor_arm_real r_3 = rho * start_3;
 
-            /* Errors made of measured states, and the law. */
+            /* Errors made of measured states, whether they are in their tubes, and the law. */
+            bool inside = true;
             const motor_arm_real e_1 = x_1 - r_1;
+            inside = inside && motor_arm_in_range(e_1, -motor_arm_p_1, motor_arm_p_1);
             const motor_arm_real phi_1 =
-                motor_arm_M_1 * tanh((motor_arm_M_1 * e_1) / motor_arm_epsilon_1);
+                motor_arm_M_1 * tanh((motor_arm_M_1 / motor_arm_epsilon_1) * e_1);
             const motor_arm_real e_2 = (x_2 - r_2) + phi_1;
+            inside = inside && motor_arm_in_range(e_2, -motor_arm_p_2, motor_arm_p_2);
             const motor_arm_real phi_2 =
-                motor_arm_M_2 * tanh((motor_arm_M_2 * e_2) / motor_arm_epsilon_2);
+                motor_arm_M_2 * tanh((motor_arm_M_2 / motor_arm_epsilon_2) * e_2);
             const motor_arm_real e_3 = (x_3 - r_3) + phi_2;
+            inside = inside && motor_arm_in_range(e_3, -motor_arm_p_3, motor_arm_p_3);
             const motor_arm_real phi_3 =
-                motor_arm_M_3 * tanh((motor_arm_M_3 * e_3) / motor_arm_epsilon_3);
+                motor_arm_M_3 * tanh((motor_arm_M_3 / motor_arm_epsilon_3) * e_3);
             const motor_arm_real command = 0.0 - phi_3;
 
             if (!started) {
                 s->started = 1;
                 s->t_0 = t;
-                s->offset = offset;
-                s->start_2 = start_2;
-                s->start_3 = start_3;
                 s->outside = 1;
                 if (motor_arm_in_range(x_1, motor_arm_start_lower_1, motor_arm_start_upper_1)
                     && motor_arm_in_range(x_2, motor_arm_start_lower_2, motor_arm_start_upper_2)
@@ -157,23 +186,8 @@ motor_arm_status motor_arm_step(motor_arm_state *s, motor_arm_real t,
             }
             s->t_last = t;
 
-            /* The clamp never acts while the assumptions hold. NaN is held back, never passed
-             * on. */
-            if (command > motor_arm_U_MAX) {
-                *u = motor_arm_U_MAX;
-            } else if (command < -motor_arm_U_MAX) {
-                *u = -motor_arm_U_MAX;
-            } else if (isfinite(command) != 0) {
-                *u = command;
-            } else {
-                *u = held;
-            }
-            s->command = *u;
-
-            if ((s->outside == 0)
-                && motor_arm_in_range(e_1, -motor_arm_p_1, motor_arm_p_1)
-                && motor_arm_in_range(e_2, -motor_arm_p_2, motor_arm_p_2)
-                && motor_arm_in_range(e_3, -motor_arm_p_3, motor_arm_p_3)) {
+            answer = motor_arm_clamped(command, held);
+            if (inside && (s->outside == 0)) {
                 status = motor_arm_OK;
             } else {
                 status = motor_arm_OUTSIDE;
@@ -182,5 +196,7 @@ motor_arm_status motor_arm_step(motor_arm_state *s, motor_arm_real t,
             status = motor_arm_BAD_INPUT;
         }
     }
+    *u = answer;
+    s->command = answer;
     return status;
 }

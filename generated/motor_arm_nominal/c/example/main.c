@@ -18,12 +18,12 @@ int main(void)
 
     motor_arm_nominal_reset(&state);
     for (k = 0; k < 5; ++k) {
-        const motor_arm_nominal_real t = period * k;
+        const motor_arm_nominal_real t = period * (motor_arm_nominal_real)k;
         const motor_arm_nominal_real y_d = motor_arm_nominal_reference(t);
         motor_arm_nominal_real u = 0.0;
         const motor_arm_nominal_status status = motor_arm_nominal_step(&state, t, x, y_d, &u);
 
-        (void)printf("t = %.17g  u = %.17g  %s\n", t, u, words[status]);
+        (void)printf("t = %.17g  u = %.17g  %s\n", (double)t, (double)u, words[status]);
     }
     return 0;
 }

@@ -64,10 +64,28 @@ static const motor_arm_nominal_real motor_arm_nominal_y_d_limit = 1.010000001001
 static const motor_arm_nominal_real motor_arm_nominal_elapsed_limit = 1000000.0;
 static const motor_arm_nominal_real motor_arm_nominal_time_limit = 34359738368.0;
 
+/* False for NaN, which fails every comparison. */
 static bool motor_arm_nominal_in_range(
     motor_arm_nominal_real v, motor_arm_nominal_real lower, motor_arm_nominal_real upper)
 {
-    return (isfinite(v) != 0) && (v >= lower) && (v <= upper);
+    return (v >= lower) && (v <= upper);
+}
+
+/* The clamp never acts while the assumptions hold. NaN is held back, never passed on. */
+static motor_arm_nominal_real motor_arm_nominal_clamped(motor_arm_nominal_real command, motor_arm_nominal_real held)
+{
+    motor_arm_nominal_real answer;
+
+    if (command > motor_arm_nominal_U_MAX) {
+        answer = motor_arm_nominal_U_MAX;
+    } else if (command < -motor_arm_nominal_U_MAX) {
+        answer = -motor_arm_nominal_U_MAX;
+    } else if (isfinite(command) != 0) {
+        answer = command;
+    } else {
+        answer = held;
+    }
+    return answer;
 }
 
 void motor_arm_nominal_reset(motor_arm_nominal_state *s)
@@ -106,12 +124,17 @@ motor_arm_nominal_status motor_arm_nominal_step(motor_arm_nominal_state *s, moto
     const motor_arm_nominal_real x_2 = x[1];
     const motor_arm_nominal_real x_3 = x[2];
     const bool started = (s->started != 0);
-    /* A state that was never initialized must not become a command either. */
-    const bool sound = motor_arm_nominal_in_range(s->command, -motor_arm_nominal_U_MAX, motor_arm_nominal_U_MAX);
-    const motor_arm_nominal_real held = sound ? s->command : 0.0;
+    const motor_arm_nominal_real last = s->command;
+    motor_arm_nominal_real held = 0.0;
+    motor_arm_nominal_real answer;
     motor_arm_nominal_status status = motor_arm_nominal_BAD_INPUT;
 
-    *u = held;
+    /* A state that was never initialized must not become a command either. */
+    if ((isfinite(last) != 0)
+        && motor_arm_nominal_in_range(last, -motor_arm_nominal_U_MAX, motor_arm_nominal_U_MAX)) {
+        held = last;
+    }
+    answer = held;
     if ((isfinite(t) != 0)
         && motor_arm_nominal_in_range(x_1, -motor_arm_nominal_x_limit_1, motor_arm_nominal_x_limit_1)
         && motor_arm_nominal_in_range(x_2, -motor_arm_nominal_x_limit_2, motor_arm_nominal_x_limit_2)
@@ -187,16 +210,21 @@ motor_arm_nominal_status motor_arm_nominal_step(motor_arm_nominal_state *s, moto
                 ((2.0 * (3.0 * center_20)) - center_22) / 15.576323987538942;
             const motor_arm_nominal_real v = (center_25 - ((-(36.0 * r_2)) - (200.0 * r_3))) / 40.0;
 
-            /* Errors made of measured states, and the law. */
+            /* Errors made of measured states, whether they are in their tubes, and the law. */
+            bool inside = true;
+            inside = (isfinite(v) != 0);
             const motor_arm_nominal_real e_1 = x_1 - r_1;
+            inside = inside && motor_arm_nominal_in_range(e_1, -tube_1, tube_1);
             const motor_arm_nominal_real feedback_2 =
-                (motor_arm_nominal_M_1 * e_1) / motor_arm_nominal_epsilon_1;
-            const motor_arm_nominal_real phi_1 = motor_arm_nominal_M_1 * tanh(feedback_2);
+                motor_arm_nominal_M_1 / motor_arm_nominal_epsilon_1;
+            const motor_arm_nominal_real phi_1 = motor_arm_nominal_M_1 * tanh(feedback_2 * e_1);
             const motor_arm_nominal_real e_2 = (x_2 - r_2) + phi_1;
+            inside = inside && motor_arm_nominal_in_range(e_2, -tube_2, tube_2);
             const motor_arm_nominal_real feedback_5 =
-                (motor_arm_nominal_M_2 * e_2) / motor_arm_nominal_epsilon_2;
-            const motor_arm_nominal_real phi_2 = motor_arm_nominal_M_2 * tanh(feedback_5);
+                motor_arm_nominal_M_2 / motor_arm_nominal_epsilon_2;
+            const motor_arm_nominal_real phi_2 = motor_arm_nominal_M_2 * tanh(feedback_5 * e_2);
             const motor_arm_nominal_real e_3 = (x_3 - r_3) + phi_2;
+            inside = inside && motor_arm_nominal_in_range(e_3, -tube_3, tube_3);
             const motor_arm_nominal_real phi_3 = motor_arm_nominal_k_3 * e_3;
             const motor_arm_nominal_real command = v - phi_3;
 
@@ -215,24 +243,8 @@ motor_arm_nominal_status motor_arm_nominal_step(motor_arm_nominal_state *s, moto
             }
             s->t_last = t;
 
-            /* The clamp never acts while the assumptions hold. NaN is held back, never passed
-             * on. */
-            if (command > motor_arm_nominal_U_MAX) {
-                *u = motor_arm_nominal_U_MAX;
-            } else if (command < -motor_arm_nominal_U_MAX) {
-                *u = -motor_arm_nominal_U_MAX;
-            } else if (isfinite(command) != 0) {
-                *u = command;
-            } else {
-                *u = held;
-            }
-            s->command = *u;
-
-            if ((s->outside == 0)
-                && motor_arm_nominal_in_range(e_1, -tube_1, tube_1)
-                && motor_arm_nominal_in_range(e_2, -tube_2, tube_2)
-                && motor_arm_nominal_in_range(e_3, -tube_3, tube_3)
-                && (isfinite(v) != 0)) {
+            answer = motor_arm_nominal_clamped(command, held);
+            if (inside && (s->outside == 0)) {
                 status = motor_arm_nominal_OK;
             } else {
                 status = motor_arm_nominal_OUTSIDE;
@@ -241,5 +253,7 @@ motor_arm_nominal_status motor_arm_nominal_step(motor_arm_nominal_state *s, moto
             status = motor_arm_nominal_BAD_INPUT;
         }
     }
+    *u = answer;
+    s->command = answer;
     return status;
 }

@@ -50,10 +50,28 @@ static const paper_example_2_real paper_example_2_start_upper_2 = 0.0;
 static const paper_example_2_real paper_example_2_y_d_limit = 1.0100000010010102;
 static const paper_example_2_real paper_example_2_elapsed_limit = 1000000.0;
 
+/* False for NaN, which fails every comparison. */
 static bool paper_example_2_in_range(
     paper_example_2_real v, paper_example_2_real lower, paper_example_2_real upper)
 {
-    return (isfinite(v) != 0) && (v >= lower) && (v <= upper);
+    return (v >= lower) && (v <= upper);
+}
+
+/* The clamp never acts while the assumptions hold. NaN is held back, never passed on. */
+static paper_example_2_real paper_example_2_clamped(paper_example_2_real command, paper_example_2_real held)
+{
+    paper_example_2_real answer;
+
+    if (command > paper_example_2_U_MAX) {
+        answer = paper_example_2_U_MAX;
+    } else if (command < -paper_example_2_U_MAX) {
+        answer = -paper_example_2_U_MAX;
+    } else if (isfinite(command) != 0) {
+        answer = command;
+    } else {
+        answer = held;
+    }
+    return answer;
 }
 
 void paper_example_2_reset(paper_example_2_state *s)
@@ -87,12 +105,17 @@ paper_example_2_status paper_example_2_step(paper_example_2_state *s, paper_exam
     const paper_example_2_real x_1 = x[0];
     const paper_example_2_real x_2 = x[1];
     const bool started = (s->started != 0);
-    /* A state that was never initialized must not become a command either. */
-    const bool sound = paper_example_2_in_range(s->command, -paper_example_2_U_MAX, paper_example_2_U_MAX);
-    const paper_example_2_real held = sound ? s->command : 0.0;
+    const paper_example_2_real last = s->command;
+    paper_example_2_real held = 0.0;
+    paper_example_2_real answer;
     paper_example_2_status status = paper_example_2_BAD_INPUT;
 
-    *u = held;
+    /* A state that was never initialized must not become a command either. */
+    if ((isfinite(last) != 0)
+        && paper_example_2_in_range(last, -paper_example_2_U_MAX, paper_example_2_U_MAX)) {
+        held = last;
+    }
+    answer = held;
     if ((isfinite(t) != 0)
         && paper_example_2_in_range(x_1, -paper_example_2_x_limit_1, paper_example_2_x_limit_1)
         && paper_example_2_in_range(x_2, -paper_example_2_x_limit_2, paper_example_2_x_limit_2)) {
@@ -101,8 +124,12 @@ paper_example_2_status paper_example_2_step(paper_example_2_state *s, paper_exam
         if ((started && !((s->t_last <= t) && (elapsed <= paper_example_2_elapsed_limit)))) {
             status = paper_example_2_BAD_TIME;
         } else if (paper_example_2_in_range(y_d, -paper_example_2_y_d_limit, paper_example_2_y_d_limit)) {
-            const paper_example_2_real offset = started ? s->offset : (x_1 - y_d);
-            const paper_example_2_real start_2 = started ? s->start_2 : x_2;
+            if (!started) {
+                s->offset = x_1 - y_d;
+                s->start_2 = x_2;
+            }
+            const paper_example_2_real offset = s->offset;
+            const paper_example_2_real start_2 = s->start_2;
 
             /* The center that the errors are taken around. */
             const paper_example_2_real rho =
@@ -110,20 +137,21 @@ paper_example_2_status paper_example_2_step(paper_example_2_state *s, paper_exam
             const paper_example_2_real r_1 = y_d + (rho * offset);
             const paper_example_2_real r_2 = rho * start_2;
 
-            /* Errors made of measured states, and the law. */
+            /* Errors made of measured states, whether they are in their tubes, and the law. */
+            bool inside = true;
             const paper_example_2_real e_1 = x_1 - r_1;
+            inside = inside && paper_example_2_in_range(e_1, -paper_example_2_p_1, paper_example_2_p_1);
             const paper_example_2_real feedback_2 =
-                (paper_example_2_M_1 * e_1) / paper_example_2_epsilon_1;
+                (paper_example_2_M_1 / paper_example_2_epsilon_1) * e_1;
             const paper_example_2_real phi_1 = paper_example_2_M_1 * tanh(feedback_2);
             const paper_example_2_real e_2 = (x_2 - r_2) + phi_1;
+            inside = inside && paper_example_2_in_range(e_2, -paper_example_2_p_2, paper_example_2_p_2);
             const paper_example_2_real phi_2 = paper_example_2_k_2 * e_2;
             const paper_example_2_real command = 0.0 - phi_2;
 
             if (!started) {
                 s->started = 1;
                 s->t_0 = t;
-                s->offset = offset;
-                s->start_2 = start_2;
                 s->outside = 1;
                 if (paper_example_2_in_range(x_1, paper_example_2_start_lower_1, paper_example_2_start_upper_1)
                     && paper_example_2_in_range(x_2, paper_example_2_start_lower_2, paper_example_2_start_upper_2)) {
@@ -132,22 +160,8 @@ paper_example_2_status paper_example_2_step(paper_example_2_state *s, paper_exam
             }
             s->t_last = t;
 
-            /* The clamp never acts while the assumptions hold. NaN is held back, never passed
-             * on. */
-            if (command > paper_example_2_U_MAX) {
-                *u = paper_example_2_U_MAX;
-            } else if (command < -paper_example_2_U_MAX) {
-                *u = -paper_example_2_U_MAX;
-            } else if (isfinite(command) != 0) {
-                *u = command;
-            } else {
-                *u = held;
-            }
-            s->command = *u;
-
-            if ((s->outside == 0)
-                && paper_example_2_in_range(e_1, -paper_example_2_p_1, paper_example_2_p_1)
-                && paper_example_2_in_range(e_2, -paper_example_2_p_2, paper_example_2_p_2)) {
+            answer = paper_example_2_clamped(command, held);
+            if (inside && (s->outside == 0)) {
                 status = paper_example_2_OK;
             } else {
                 status = paper_example_2_OUTSIDE;
@@ -156,5 +170,7 @@ paper_example_2_status paper_example_2_step(paper_example_2_state *s, paper_exam
             status = paper_example_2_BAD_INPUT;
         }
     }
+    *u = answer;
+    s->command = answer;
     return status;
 }

@@ -18,12 +18,12 @@ int main(void)
 
     switching_example_2_reset(&state);
     for (k = 0; k < 5; ++k) {
-        const switching_example_2_real t = period * k;
+        const switching_example_2_real t = period * (switching_example_2_real)k;
         const switching_example_2_real y_d = switching_example_2_reference(t);
         switching_example_2_real u = 0.0;
         const switching_example_2_status status = switching_example_2_step(&state, t, x, y_d, &u);
 
-        (void)printf("t = %.17g  u = %.17g  %s\n", t, u, words[status]);
+        (void)printf("t = %.17g  u = %.17g  %s\n", (double)t, (double)u, words[status]);
     }
     return 0;
 }

@@ -64,10 +64,28 @@ static const switching_example_2_real switching_example_2_stage1_limit_2 = 1.000
 static const switching_example_2_real switching_example_2_y_d_limit = 1.0100000010010102;
 static const switching_example_2_real switching_example_2_elapsed_limit = 1000000.0;
 
+/* False for NaN, which fails every comparison. */
 static bool switching_example_2_in_range(
     switching_example_2_real v, switching_example_2_real lower, switching_example_2_real upper)
 {
-    return (isfinite(v) != 0) && (v >= lower) && (v <= upper);
+    return (v >= lower) && (v <= upper);
+}
+
+/* The clamp never acts while the assumptions hold. NaN is held back, never passed on. */
+static switching_example_2_real switching_example_2_clamped(switching_example_2_real command, switching_example_2_real held)
+{
+    switching_example_2_real answer;
+
+    if (command > switching_example_2_U_MAX) {
+        answer = switching_example_2_U_MAX;
+    } else if (command < -switching_example_2_U_MAX) {
+        answer = -switching_example_2_U_MAX;
+    } else if (isfinite(command) != 0) {
+        answer = command;
+    } else {
+        answer = held;
+    }
+    return answer;
 }
 
 void switching_example_2_reset(switching_example_2_state *s)
@@ -137,20 +155,23 @@ static switching_example_2_real switching_example_2_stage_1(
 {
     const switching_example_2_real e_1 = x_1 - r_1;
     const switching_example_2_real feedback_2 =
-        (switching_example_2_stage1_M_1 * e_1) / switching_example_2_stage1_epsilon_1;
+        switching_example_2_stage1_M_1 / switching_example_2_stage1_epsilon_1;
     const switching_example_2_real feedback_3 =
-        switching_example_2_stage1_c_1 * (e_1 * (e_1 * e_1));
+        switching_example_2_stage1_M_1 * tanh(feedback_2 * e_1);
     const switching_example_2_real feedback_4 =
-        (switching_example_2_stage1_k_1 * e_1) + (switching_example_2_stage1_M_1 * tanh(feedback_2));
-    const switching_example_2_real phi_1 = feedback_4 + feedback_3;
+        switching_example_2_stage1_c_1 * (e_1 * (e_1 * e_1));
+    const switching_example_2_real feedback_5 = (switching_example_2_stage1_k_1 * e_1) + feedback_3;
+    const switching_example_2_real phi_1 = feedback_5 + feedback_4;
     const switching_example_2_real e_2 = (x_2 - r_2) + phi_1;
-    const switching_example_2_real feedback_7 =
-        (switching_example_2_stage1_M_2 * e_2) / switching_example_2_stage1_epsilon_2;
     const switching_example_2_real feedback_8 =
-        switching_example_2_stage1_c_2 * (e_2 * (e_2 * e_2));
+        switching_example_2_stage1_M_2 / switching_example_2_stage1_epsilon_2;
     const switching_example_2_real feedback_9 =
-        (switching_example_2_stage1_k_2 * e_2) + (switching_example_2_stage1_M_2 * tanh(feedback_7));
-    const switching_example_2_real phi_2 = feedback_9 + feedback_8;
+        switching_example_2_stage1_M_2 * tanh(feedback_8 * e_2);
+    const switching_example_2_real feedback_10 =
+        switching_example_2_stage1_c_2 * (e_2 * (e_2 * e_2));
+    const switching_example_2_real feedback_11 =
+        (switching_example_2_stage1_k_2 * e_2) + feedback_9;
+    const switching_example_2_real phi_2 = feedback_11 + feedback_10;
     const switching_example_2_real command = 0.0 - phi_2;
 
     *error_1 = e_1;
@@ -169,8 +190,8 @@ static switching_example_2_real switching_example_2_stage_2(
 {
     const switching_example_2_real e_1 = x_1 - r_1;
     const switching_example_2_real feedback_2 =
-        (switching_example_2_M_1 * e_1) / switching_example_2_epsilon_1;
-    const switching_example_2_real phi_1 = switching_example_2_M_1 * tanh(feedback_2);
+        switching_example_2_M_1 / switching_example_2_epsilon_1;
+    const switching_example_2_real phi_1 = switching_example_2_M_1 * tanh(feedback_2 * e_1);
     const switching_example_2_real e_2 = (x_2 - r_2) + phi_1;
     const switching_example_2_real phi_2 = switching_example_2_k_2 * e_2;
     const switching_example_2_real command = 0.0 - phi_2;
@@ -191,12 +212,17 @@ switching_example_2_status switching_example_2_step(switching_example_2_state *s
     const switching_example_2_real x_1 = x[0];
     const switching_example_2_real x_2 = x[1];
     const bool started = (s->started != 0);
-    /* A state that was never initialized must not become a command either. */
-    const bool sound = switching_example_2_in_range(s->command, -switching_example_2_U_MAX, switching_example_2_U_MAX);
-    const switching_example_2_real held = sound ? s->command : 0.0;
+    const switching_example_2_real last = s->command;
+    switching_example_2_real held = 0.0;
+    switching_example_2_real answer;
     switching_example_2_status status = switching_example_2_BAD_INPUT;
 
-    *u = held;
+    /* A state that was never initialized must not become a command either. */
+    if ((isfinite(last) != 0)
+        && switching_example_2_in_range(last, -switching_example_2_U_MAX, switching_example_2_U_MAX)) {
+        held = last;
+    }
+    answer = held;
     if ((isfinite(t) != 0)
         && switching_example_2_in_range(x_1, -switching_example_2_x_limit_1, switching_example_2_x_limit_1)
         && switching_example_2_in_range(x_2, -switching_example_2_x_limit_2, switching_example_2_x_limit_2)) {
@@ -271,19 +297,7 @@ switching_example_2_status switching_example_2_step(switching_example_2_state *s
             s->switched_1 = switched_1;
             s->t_last = t;
 
-            /* The clamp never acts while the assumptions hold. NaN is held back, never passed
-             * on. */
-            if (command > switching_example_2_U_MAX) {
-                *u = switching_example_2_U_MAX;
-            } else if (command < -switching_example_2_U_MAX) {
-                *u = -switching_example_2_U_MAX;
-            } else if (isfinite(command) != 0) {
-                *u = command;
-            } else {
-                *u = held;
-            }
-            s->command = *u;
-
+            answer = switching_example_2_clamped(command, held);
             if ((s->outside == 0)
                 && ((stage < 1)
                     || (switching_example_2_in_range(e_1, -switching_example_2_p_1, switching_example_2_p_1)
@@ -296,5 +310,7 @@ switching_example_2_status switching_example_2_step(switching_example_2_state *s
             status = switching_example_2_BAD_INPUT;
         }
     }
+    *u = answer;
+    s->command = answer;
     return status;
 }

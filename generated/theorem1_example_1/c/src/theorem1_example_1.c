@@ -50,10 +50,28 @@ static const theorem1_example_1_real theorem1_example_1_start_upper_2 = 0.050000
 static const theorem1_example_1_real theorem1_example_1_y_d_limit = 1e-09;
 static const theorem1_example_1_real theorem1_example_1_elapsed_limit = 1000000.0;
 
+/* False for NaN, which fails every comparison. */
 static bool theorem1_example_1_in_range(
     theorem1_example_1_real v, theorem1_example_1_real lower, theorem1_example_1_real upper)
 {
-    return (isfinite(v) != 0) && (v >= lower) && (v <= upper);
+    return (v >= lower) && (v <= upper);
+}
+
+/* The clamp never acts while the assumptions hold. NaN is held back, never passed on. */
+static theorem1_example_1_real theorem1_example_1_clamped(theorem1_example_1_real command, theorem1_example_1_real held)
+{
+    theorem1_example_1_real answer;
+
+    if (command > theorem1_example_1_U_MAX) {
+        answer = theorem1_example_1_U_MAX;
+    } else if (command < -theorem1_example_1_U_MAX) {
+        answer = -theorem1_example_1_U_MAX;
+    } else if (isfinite(command) != 0) {
+        answer = command;
+    } else {
+        answer = held;
+    }
+    return answer;
 }
 
 void theorem1_example_1_reset(theorem1_example_1_state *s)
@@ -85,12 +103,17 @@ theorem1_example_1_status theorem1_example_1_step(theorem1_example_1_state *s, t
     const theorem1_example_1_real x_1 = x[0];
     const theorem1_example_1_real x_2 = x[1];
     const bool started = (s->started != 0);
-    /* A state that was never initialized must not become a command either. */
-    const bool sound = theorem1_example_1_in_range(s->command, -theorem1_example_1_U_MAX, theorem1_example_1_U_MAX);
-    const theorem1_example_1_real held = sound ? s->command : 0.0;
+    const theorem1_example_1_real last = s->command;
+    theorem1_example_1_real held = 0.0;
+    theorem1_example_1_real answer;
     theorem1_example_1_status status = theorem1_example_1_BAD_INPUT;
 
-    *u = held;
+    /* A state that was never initialized must not become a command either. */
+    if ((isfinite(last) != 0)
+        && theorem1_example_1_in_range(last, -theorem1_example_1_U_MAX, theorem1_example_1_U_MAX)) {
+        held = last;
+    }
+    answer = held;
     if ((isfinite(t) != 0)
         && theorem1_example_1_in_range(x_1, -theorem1_example_1_x_limit_1, theorem1_example_1_x_limit_1)
         && theorem1_example_1_in_range(x_2, -theorem1_example_1_x_limit_2, theorem1_example_1_x_limit_2)) {
@@ -105,8 +128,12 @@ theorem1_example_1_status theorem1_example_1_step(theorem1_example_1_state *s, t
             const theorem1_example_1_real tube_2 =
                 theorem1_example_1_p_2 + theorem1_example_1_eta_2;
 
-            const theorem1_example_1_real offset = started ? s->offset : (x_1 - y_d);
-            const theorem1_example_1_real start_2 = started ? s->start_2 : x_2;
+            if (!started) {
+                s->offset = x_1 - y_d;
+                s->start_2 = x_2;
+            }
+            const theorem1_example_1_real offset = s->offset;
+            const theorem1_example_1_real start_2 = s->start_2;
 
             /* The center that the errors are taken around. */
             const theorem1_example_1_real rho =
@@ -114,12 +141,15 @@ theorem1_example_1_status theorem1_example_1_step(theorem1_example_1_state *s, t
             const theorem1_example_1_real r_1 = y_d + (rho * offset);
             const theorem1_example_1_real r_2 = rho * start_2;
 
-            /* Errors made of measured states, and the law. */
+            /* Errors made of measured states, whether they are in their tubes, and the law. */
+            bool inside = true;
             const theorem1_example_1_real e_1 = x_1 - r_1;
+            inside = inside && theorem1_example_1_in_range(e_1, -tube_1, tube_1);
             const theorem1_example_1_real feedback_2 =
                 theorem1_example_1_gamma_1 * theorem1_example_1_H_1_0;
             const theorem1_example_1_real phi_1 = feedback_2 * e_1;
             const theorem1_example_1_real e_2 = (x_2 - r_2) + phi_1;
+            inside = inside && theorem1_example_1_in_range(e_2, -tube_2, tube_2);
             const theorem1_example_1_real feedback_5 =
                 theorem1_example_1_gamma_2 * theorem1_example_1_H_2_0;
             const theorem1_example_1_real phi_2 = feedback_5 * e_2;
@@ -128,8 +158,6 @@ theorem1_example_1_status theorem1_example_1_step(theorem1_example_1_state *s, t
             if (!started) {
                 s->started = 1;
                 s->t_0 = t;
-                s->offset = offset;
-                s->start_2 = start_2;
                 s->outside = 1;
                 if (theorem1_example_1_in_range(x_1, theorem1_example_1_start_lower_1, theorem1_example_1_start_upper_1)
                     && theorem1_example_1_in_range(x_2, theorem1_example_1_start_lower_2, theorem1_example_1_start_upper_2)) {
@@ -138,22 +166,8 @@ theorem1_example_1_status theorem1_example_1_step(theorem1_example_1_state *s, t
             }
             s->t_last = t;
 
-            /* The clamp never acts while the assumptions hold. NaN is held back, never passed
-             * on. */
-            if (command > theorem1_example_1_U_MAX) {
-                *u = theorem1_example_1_U_MAX;
-            } else if (command < -theorem1_example_1_U_MAX) {
-                *u = -theorem1_example_1_U_MAX;
-            } else if (isfinite(command) != 0) {
-                *u = command;
-            } else {
-                *u = held;
-            }
-            s->command = *u;
-
-            if ((s->outside == 0)
-                && theorem1_example_1_in_range(e_1, -tube_1, tube_1)
-                && theorem1_example_1_in_range(e_2, -tube_2, tube_2)) {
+            answer = theorem1_example_1_clamped(command, held);
+            if (inside && (s->outside == 0)) {
                 status = theorem1_example_1_OK;
             } else {
                 status = theorem1_example_1_OUTSIDE;
@@ -162,5 +176,7 @@ theorem1_example_1_status theorem1_example_1_step(theorem1_example_1_state *s, t
             status = theorem1_example_1_BAD_INPUT;
         }
     }
+    *u = answer;
+    s->command = answer;
     return status;
 }

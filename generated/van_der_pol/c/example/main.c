@@ -18,12 +18,12 @@ int main(void)
 
     van_der_pol_reset(&state);
     for (k = 0; k < 5; ++k) {
-        const van_der_pol_real t = period * k;
+        const van_der_pol_real t = period * (van_der_pol_real)k;
         const van_der_pol_real y_d = van_der_pol_reference(t);
         van_der_pol_real u = 0.0;
         const van_der_pol_status status = van_der_pol_step(&state, t, x, y_d, &u);
 
-        (void)printf("t = %.17g  u = %.17g  %s\n", t, u, words[status]);
+        (void)printf("t = %.17g  u = %.17g  %s\n", (double)t, (double)u, words[status]);
     }
     return 0;
 }

@@ -51,10 +51,28 @@ static const van_der_pol_real van_der_pol_y_d_limit = 1.515000001001515;
 static const van_der_pol_real van_der_pol_elapsed_limit = 1000000.0;
 static const van_der_pol_real van_der_pol_time_limit = 274877906944.0;
 
+/* False for NaN, which fails every comparison. */
 static bool van_der_pol_in_range(
     van_der_pol_real v, van_der_pol_real lower, van_der_pol_real upper)
 {
-    return (isfinite(v) != 0) && (v >= lower) && (v <= upper);
+    return (v >= lower) && (v <= upper);
+}
+
+/* The clamp never acts while the assumptions hold. NaN is held back, never passed on. */
+static van_der_pol_real van_der_pol_clamped(van_der_pol_real command, van_der_pol_real held)
+{
+    van_der_pol_real answer;
+
+    if (command > van_der_pol_U_MAX) {
+        answer = van_der_pol_U_MAX;
+    } else if (command < -van_der_pol_U_MAX) {
+        answer = -van_der_pol_U_MAX;
+    } else if (isfinite(command) != 0) {
+        answer = command;
+    } else {
+        answer = held;
+    }
+    return answer;
 }
 
 void van_der_pol_reset(van_der_pol_state *s)
@@ -87,12 +105,17 @@ van_der_pol_status van_der_pol_step(van_der_pol_state *s, van_der_pol_real t,
     const van_der_pol_real x_1 = x[0];
     const van_der_pol_real x_2 = x[1];
     const bool started = (s->started != 0);
-    /* A state that was never initialized must not become a command either. */
-    const bool sound = van_der_pol_in_range(s->command, -van_der_pol_U_MAX, van_der_pol_U_MAX);
-    const van_der_pol_real held = sound ? s->command : 0.0;
+    const van_der_pol_real last = s->command;
+    van_der_pol_real held = 0.0;
+    van_der_pol_real answer;
     van_der_pol_status status = van_der_pol_BAD_INPUT;
 
-    *u = held;
+    /* A state that was never initialized must not become a command either. */
+    if ((isfinite(last) != 0)
+        && van_der_pol_in_range(last, -van_der_pol_U_MAX, van_der_pol_U_MAX)) {
+        held = last;
+    }
+    answer = held;
     if ((isfinite(t) != 0)
         && van_der_pol_in_range(x_1, -van_der_pol_x_limit_1, van_der_pol_x_limit_1)
         && van_der_pol_in_range(x_2, -van_der_pol_x_limit_2, van_der_pol_x_limit_2)) {
@@ -102,8 +125,12 @@ van_der_pol_status van_der_pol_step(van_der_pol_state *s, van_der_pol_real t,
             || !((t > -van_der_pol_time_limit) && (t < van_der_pol_time_limit))) {
             status = van_der_pol_BAD_TIME;
         } else if (van_der_pol_in_range(y_d, -van_der_pol_y_d_limit, van_der_pol_y_d_limit)) {
-            const van_der_pol_real offset = started ? s->offset : (x_1 - y_d);
-            const van_der_pol_real start_2 = started ? s->start_2 : x_2;
+            if (!started) {
+                s->offset = x_1 - y_d;
+                s->start_2 = x_2;
+            }
+            const van_der_pol_real offset = s->offset;
+            const van_der_pol_real start_2 = s->start_2;
 
             /* The center that the errors are taken around. */
             const van_der_pol_real rho =
@@ -111,22 +138,23 @@ van_der_pol_status van_der_pol_step(van_der_pol_state *s, van_der_pol_real t,
             const van_der_pol_real r_1 = y_d + (rho * offset);
             const van_der_pol_real r_2 = rho * start_2;
 
-            /* Errors made of measured states, and the law. */
+            /* Errors made of measured states, whether they are in their tubes, and the law. */
+            bool inside = true;
             const van_der_pol_real e_1 = x_1 - r_1;
+            inside = inside && van_der_pol_in_range(e_1, -van_der_pol_p_1, van_der_pol_p_1);
             const van_der_pol_real feedback_2 =
-                tanh((van_der_pol_M_1 * e_1) / van_der_pol_epsilon_1);
+                tanh((van_der_pol_M_1 / van_der_pol_epsilon_1) * e_1);
             const van_der_pol_real phi_1 = van_der_pol_M_1 * feedback_2;
             const van_der_pol_real e_2 = (x_2 - r_2) + phi_1;
+            inside = inside && van_der_pol_in_range(e_2, -van_der_pol_p_2, van_der_pol_p_2);
             const van_der_pol_real feedback_5 =
-                tanh((van_der_pol_M_2 * e_2) / van_der_pol_epsilon_2);
+                tanh((van_der_pol_M_2 / van_der_pol_epsilon_2) * e_2);
             const van_der_pol_real phi_2 = van_der_pol_M_2 * feedback_5;
             const van_der_pol_real command = 0.0 - phi_2;
 
             if (!started) {
                 s->started = 1;
                 s->t_0 = t;
-                s->offset = offset;
-                s->start_2 = start_2;
                 s->outside = 1;
                 if (van_der_pol_in_range(x_1, van_der_pol_start_lower_1, van_der_pol_start_upper_1)
                     && van_der_pol_in_range(x_2, van_der_pol_start_lower_2, van_der_pol_start_upper_2)) {
@@ -135,22 +163,8 @@ van_der_pol_status van_der_pol_step(van_der_pol_state *s, van_der_pol_real t,
             }
             s->t_last = t;
 
-            /* The clamp never acts while the assumptions hold. NaN is held back, never passed
-             * on. */
-            if (command > van_der_pol_U_MAX) {
-                *u = van_der_pol_U_MAX;
-            } else if (command < -van_der_pol_U_MAX) {
-                *u = -van_der_pol_U_MAX;
-            } else if (isfinite(command) != 0) {
-                *u = command;
-            } else {
-                *u = held;
-            }
-            s->command = *u;
-
-            if ((s->outside == 0)
-                && van_der_pol_in_range(e_1, -van_der_pol_p_1, van_der_pol_p_1)
-                && van_der_pol_in_range(e_2, -van_der_pol_p_2, van_der_pol_p_2)) {
+            answer = van_der_pol_clamped(command, held);
+            if (inside && (s->outside == 0)) {
                 status = van_der_pol_OK;
             } else {
                 status = van_der_pol_OUTSIDE;
@@ -159,5 +173,7 @@ van_der_pol_status van_der_pol_step(van_der_pol_state *s, van_der_pol_real t,
             status = van_der_pol_BAD_INPUT;
         }
     }
+    *u = answer;
+    s->command = answer;
     return status;
 }
