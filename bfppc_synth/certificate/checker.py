@@ -3265,7 +3265,7 @@ class _Survey:
         judged = [(stretch, self._judge(stretch)) for stretch in path.stretches(_SLICES)]
         self.found = _largest([bounds for _, bounds in judged])
         # A cell of several phases is cut in each of them, and there are few to begin with.
-        for _ in range(5 if judged[-1][0].others else 3):
+        for _ in range(4 if judged[-1][0].others else 3):
             judged, last = self._cut(judged), self.found
             self.found = _largest([bounds for _, bounds in judged])
             pairs = zip(last, self.found, strict=True)
@@ -3292,8 +3292,11 @@ class _Survey:
         kept: list[Any] = []
         for stretch, bounds in judged:
             pairs = zip(bounds, self.found, strict=True)
+            # Cells of several phases are wide: whatever may exceed what is reached is cut.
             if all(
-                a[1] < b[1] - (abs(b[1]) >> 10) or b[1] - b[0] <= abs(b[1]) >> 13 for a, b in pairs
+                a[1] < (b[0] + (abs(b[1]) >> 8) if stretch.others else b[1] - (abs(b[1]) >> 10))
+                or b[1] - b[0] <= abs(b[1]) >> 13
+                for a, b in pairs
             ):
                 kept.append((stretch, bounds))
                 continue
