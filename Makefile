@@ -1,5 +1,6 @@
 # make demo: a certified controller for the paper's second example. make test: every check.
-# Both need Python 3.11 or newer, a C compiler and nothing else; everything stays in .venv.
+# The demo needs Python 3.11 or newer, a C compiler and nothing else; everything stays in .venv.
+# The tests also need the tools that .ci/run installs.
 
 SHELL := /bin/bash
 PYTHON ?= python3
@@ -10,9 +11,12 @@ LANE := .ci/lane
 # The paper's printed gains are never certified: nothing of them is generated or committed.
 PRINTED := $(sort $(wildcard examples/*_printed.yaml))
 EXAMPLES := $(filter-out $(PRINTED),$(sort $(wildcard examples/*.yaml)))
+# Compilers, checkers, the prover and the emulated target of the generated C.
+TOOLS := gcc g++ make cmake clang clang++ clang-tidy cppcheck frama-c x86_64-w64-mingw32-gcc \
+  arm-none-eabi-gcc qemu-system-arm
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test test-all bench centers generated figures install tools clean
+.PHONY: demo test test-all bench centers tight generated targets figures install tools clean
 
 demo: install
 	@$(BIN)/bfppc-synth examples/paper_example_2.yaml --out build/paper_example_2
@@ -31,12 +35,21 @@ test-all: test
 
 bench: install
 	@$(BIN)/python benchmarks/bench_speed.py
+	@$(BIN)/python benchmarks/bench_c.py
 
 centers: install
 	@$(BIN)/python benchmarks/compare_centers.py
 
+# docs/tight.md: every plant by termwise and by tight bounds; some minutes.
+tight: install
+	@$(BIN)/python benchmarks/bench_tight.py
+
 generated: install
 	@set -e; for plant in $(EXAMPLES); do $(BIN)/bfppc-synth $$plant --quiet; done
+
+# Instructions and bytes of every committed controller on an emulated Cortex-M4F.
+targets: install tools
+	@$(BIN)/python docs/measure_targets.py
 
 figures: install
 	@$(BIN)/python docs/draw_picture.py
@@ -57,8 +70,9 @@ $(STAMP): requirements.lock pyproject.toml
 # A test that cannot run is a failure, so the compilers are asked for before anything starts.
 tools:
 	@mkdir -p build
-	@for tool in gcc g++ make; do command -v $$tool >/dev/null \
-	  || { echo "$$tool is missing: the tests compile the generated C and C++" >&2; exit 1; }; done
+	@for tool in $(TOOLS); do command -v $$tool >/dev/null \
+	  || { echo "$$tool is missing: the tests compile, check and run the generated C;" \
+	  ".ci/run installs what they need" >&2; exit 1; }; done
 
 clean:
 	rm -rf build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache $(VENV)

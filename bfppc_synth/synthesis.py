@@ -93,8 +93,6 @@ def synthesize(
         return _design(problem, signals, own or found, certificate)
     if spec.synthesis.bounds is BoundsKind.TIGHT:
         tightened = synthesize_tight(problem, signals, MARGINS, progress)
-        if tightened is None:
-            raise no_design(problem, free=is_free(problem))
         design = _design(tightened.problem, signals, tightened.evaluation, tightened.certificate)
         return replace(design, termwise=tightened.termwise)
     candidate, judged = _searched(problem, progress)

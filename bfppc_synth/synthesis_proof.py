@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
-from bfppc_synth.certificate.numbers import rounding_errors
+from bfppc_synth.certificate.entries import rounding_errors
 from bfppc_synth.certificate.produce import judge, produce_certificate, tool_name
 from bfppc_synth.gains.methods.theorem3 import stage_demands
 from bfppc_synth.model.certificate import Certificate, Inequality, Verdict

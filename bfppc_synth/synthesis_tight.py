@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -9,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 from bfppc_synth.bounds.funnel import require_signals
 from bfppc_synth.bounds.tight_bounds import tight_search
 from bfppc_synth.errors import EnvelopeError, Mistake, PlantFileError
+from bfppc_synth.gains.diagnose import no_design
 from bfppc_synth.gains.evaluation import Evaluation, Judge
-from bfppc_synth.gains.problem import is_free
+from bfppc_synth.gains.problem import Weights, is_free
 from bfppc_synth.gains.search import search
 from bfppc_synth.gains.tight import repaired, search_tight
-from bfppc_synth.gains.tight_repair import Widening
+from bfppc_synth.gains.tight_repair import Candidate, Widening
 from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.model.tight import Termwise, TightBounds
 from bfppc_synth.synthesis_proof import proved
@@ -46,7 +48,7 @@ def synthesize_tight(
     signals: SignalBounds,
     margins: tuple[float, ...],
     progress: Callable[[str], None],
-) -> Tightened | None:
+) -> Tightened:
     """Find gains by tight bounds and prove them; writes nothing.
 
     Parameters
@@ -62,11 +64,13 @@ def synthesize_tight(
 
     Returns
     -------
-    Tightened or None
-        With its certificate, whatever it says; None where no gains were found.
+    Tightened
+        With its certificate, whatever it says.
 
     Raises
     ------
+    NoDesignError
+        No gains were found, or none within the actuator limit.
     PlantFileError
         The center has no enclosure over cells of time and starts.
 
@@ -78,16 +82,19 @@ def synthesize_tight(
     plain = search(problem, progress)
     try:
         found = search_tight(problem, finder, plain if free else None, progress)
+        least = None
+        if found is None and problem.limit is not None:
+            least = _unlimited(problem, finder, progress)
+            found = None if least is None else search_tight(problem, finder, least, progress)
     except EnvelopeError as error:
         raise _not_enclosed(problem, error) from error
     if found is None:
-        return None
+        raise no_design(problem, free=free, least=least)
     alone = plain is not None and Judge(problem).accepts(plain)
     peak = plain.bounds.U if plain is not None and alone else None
     widening, best = Widening.none(problem.order), found
     left = list(margins[1:])
-    certificate: Certificate | None = None
-    for _ in range(_ATTEMPTS):
+    for attempt in range(1, _ATTEMPTS + 1):
         progress("proving")
         certificate = proved(problem, best.evaluation)
         require_signals(problem.plant, certificate.failures)
@@ -95,8 +102,9 @@ def synthesize_tight(
             break
         if any(not entry.holds for entry in certificate.assumption_checks):
             break
-        wider = _widened(widening, problem.plant.spec.states, certificate)
-        if wider is None and (not left or not free):
+        wider = _widened(widening, best, problem, certificate)
+        # What is returned is what was proved last.
+        if attempt == _ATTEMPTS or (wider is None and (not left or not free)):
             break
         if wider is None:
             problem = replace(problem, margin=left.pop(0))
@@ -108,14 +116,21 @@ def synthesize_tight(
         if again is None:
             break
         best = again
-    if certificate is None:
-        return None
     return Tightened(
         problem=problem,
         evaluation=best.evaluation,
         termwise=replace(best.termwise, U=peak),
         certificate=certificate,
     )
+
+
+def _unlimited(
+    problem: DesignProblem, finder: TightSearch, progress: Callable[[str], None]
+) -> Evaluation | None:
+    """Search the least peak input without the limit: a start within it, or what to tell."""
+    free = replace(problem, limit=None, weights=Weights(peak_input=1.0, slope=0.01))
+    found = search_tight(free, finder, search(free, progress), progress)
+    return None if found is None else found.evaluation
 
 
 def finder_of(problem: DesignProblem, signals: SignalBounds) -> TightSearch:
@@ -140,21 +155,48 @@ def restored_tight(
 
 
 def _widened(
-    widening: Widening, states: tuple[str, ...], certificate: Certificate
+    widening: Widening, best: Candidate, problem: DesignProblem, certificate: Certificate
 ) -> Widening | None:
     """Take the next factor for each tight claim that is not proved; None where all are."""
+    states, feed = problem.plant.spec.states, problem.center.feed
     open_ids = {entry.id for entry in certificate.inequalities if not entry.holds}
+    tight = best.evaluation.tight
     loads, rate, changed = list(widening.load), widening.rate, False
     for index, state in enumerate(states):
-        if f"tight[{state}]" in open_ids and loads[index] < math.inf:
-            loads[index], changed = _following(loads[index]), True
-    if f"tight.rate[{states[-1]}]" in open_ids and rate < math.inf:
-        rate, changed = _following(rate), True
-    return Widening(load=tuple(loads), rate=rate) if changed else None
+        if f"tight[{state}]" in open_ids and tight is not None and loads[index] < math.inf:
+            loads[index] = _following(loads[index], tight.load[index], best.termwise.load[index])
+            changed = True
+    if f"tight.rate[{states[-1]}]" in open_ids and tight is not None and rate < math.inf:
+        rate, changed = _following(rate, tight.rate, best.termwise.rate), True
+    if not changed:
+        return None
+    return Widening(load=tuple(loads), rate=rate, excess=_excess(best, states, feed, certificate))
 
 
-def _following(factor: float) -> float:
+def _following(factor: float, claim: float, termwise: float) -> float:
+    """Return the next factor; what is at the termwise bound already has no other."""
+    if claim >= termwise:
+        return math.inf
     return next(wider for wider in _WIDER if wider > factor)
+
+
+def _excess(
+    best: Candidate, states: tuple[str, ...], feed: tuple[float, ...], certificate: Certificate
+) -> tuple[float, ...]:
+    """Divide the checker's termwise loads by those of the search; nothing where it has none."""
+    enclosures = json.loads(certificate.document or "{}").get("enclosures", {})
+    found = []
+    for index, state in enumerate(states):
+        ends = [enclosures.get(f"{name}[{state}]") for name in ("D", "g_min")]
+        if None in ends:
+            return ()
+        most, least = float.fromhex(ends[0][1]), float.fromhex(ends[1][0])
+        ahead = feed[index] if index + 1 < len(states) else 0.0
+        own = best.termwise.load[index]
+        if least <= 0.0 or not 0.0 < own < math.inf:
+            return ()
+        found.append(max(1.0, (most / least + ahead) / own))
+    return tuple(found)
 
 
 def _not_enclosed(problem: DesignProblem, error: EnvelopeError) -> PlantFileError:

@@ -177,7 +177,7 @@ def require_signals(plant: Plant, failures: tuple[str, ...]) -> None:
     require_reference(plant, failures)
     synthesis = plant.spec.synthesis
     nominal = synthesis.center is CenterKind.NOMINAL
-    if (nominal and plant.spec.performance.transition is None) or synthesis.stages:
+    if nominal and plant.spec.performance.transition is None:
         return
     for failure in failures:
         if failure.startswith(("funnel: ", "the funnel cannot be enclosed")):

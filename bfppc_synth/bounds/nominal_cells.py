@@ -138,15 +138,13 @@ def later_cells(
         return (_phased(reference, time, phases),)
     limit = _limit(tail, phases, reference)
     fading = sp.expand(reference - limit.xreplace(dict(phases.originals)))
-    rates = [fading]
-    while len(rates) < orders:
-        rates.append(derivative(rates[-1], time))
-    tails = [Tail(rate, time, {}) for rate in rates]
+    tails = _derivatives(fading, time, orders)
+    wholes = _derivatives(reference, time, orders)
     period = _shortest(phases)
     pieces: list[Cells] = []
     spent, end = 0, start
     while True:
-        rest = _rest(tails, end)
+        rest = _beside(wholes, end) or _rest(tails, end)
         if rest is not None and (_is_faded(rest, limit, phases) or spent > _MOST_CELLS):
             break
         if spent > 4 * _MOST_CELLS:
@@ -218,6 +216,42 @@ def _shortest(phases: Phases) -> float:
         speed = sp.diff(original, *original.free_symbols)
         periods.append(2.0 * math.pi / abs(float(speed)))
     return min(periods, default=math.inf)
+
+
+def _derivatives(signal: sp.Expr, time: sp.Symbol, orders: int) -> list[Tail]:
+    rates = [signal]
+    while len(rates) < orders:
+        rates.append(derivative(rates[-1], time))
+    return [Tail(rate, time, {}) for rate in rates]
+
+
+def _beside(tails: list[Tail], start: float) -> tuple[Bounds, ...] | None:
+    """Bound what a signal and its derivatives differ from their limits for all t >= start.
+
+    By the mean value theorem in what fades or saturates: sin(t) atan(t) differs from its limit
+    by what atan does, and not by the whole wave. None where that says nothing.
+    """
+    found = []
+    for tail in tails:
+        box, limit = tail.box(max(start, 1e-9)), tail.limit_box()
+        if box is None:
+            return None
+        reach = 0.0
+        ends = {symbol: (*edge, *limit[symbol]) for symbol, edge in box.items()}
+        hull = {symbol: (min(four), max(four)) for symbol, four in ends.items()}
+        try:
+            for symbol in sorted(tail.narrow & box.keys(), key=str):
+                slope = derivative(tail.form, symbol)
+                used = {name: hull[name] for name in slope.free_symbols}
+                steep = max(map(abs, natural(slope, used)))
+                reach += steep * (hull[symbol][1] - hull[symbol][0])
+        except EnvelopeError:
+            return None
+        if not math.isfinite(reach):
+            return None
+        reach *= 1.0 + _LOOSE
+        found.append((-reach, reach))
+    return tuple(found)
 
 
 def _rest(tails: list[Tail], start: float) -> tuple[Bounds, ...] | None:

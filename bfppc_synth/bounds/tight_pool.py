@@ -106,7 +106,8 @@ class Pool:
             lower, upper = np.where(rising, upper, lower), np.where(falling, lower, upper)
         bound = np.where(np.isnan(bound), np.inf, bound)
         # A slope that is not bounded says nothing: the widest coordinate relative to its box.
-        excess = np.where(reach > 0.0, (slope.upper - slope.lower) * reach, 0.0)
+        with np.errstate(all="ignore"):
+            excess = np.where(reach > 0.0, (slope.upper - slope.lower) * reach, 0.0)
         finite = np.where(np.isfinite(excess), excess, 1e300)
         axis = (
             np.argmax(np.where(upper > lower, finite + 1e-300, -1.0), axis=0)
@@ -170,7 +171,8 @@ class Pool:
         at = lower + 0.5 * (upper - lower)
         free = at[self._axes :]
         self._keep(middles, free, side, thin.lower)
-        lean = np.sign(np.nan_to_num(slope.lower + slope.upper))[self._axes :]
+        with np.errstate(all="ignore"):
+            lean = np.sign(np.nan_to_num(slope.lower + slope.upper))[self._axes :]
         corner = np.clip(
             free + lean * 0.5 * (upper - lower)[self._axes :],
             lower[self._axes :],

@@ -24,6 +24,7 @@ _EQUATIONS = {
     "T1'.gamma": "(39)",
     "funnel": "docs/theory.md sections 2 and 4",
 }
+_TIGHT = ("tight", "tight.rate")
 _CHECKS = ("f_bound", "g_min", "g_bound")
 
 
@@ -63,7 +64,7 @@ def judged_inequalities(
             target.append(
                 Inequality(
                     id=obligation.id,
-                    equation="docs/theory.md section 6",
+                    equation=f"docs/theory.md section {9 if family in _TIGHT else 6}",
                     lhs=(0.0, 0.0),
                     rhs=(0.0, 0.0),
                     holds=proved,
@@ -73,6 +74,8 @@ def judged_inequalities(
         rest = f"[{place}" if place else ""
         last = "(71)" if obligation is obligations.claims[-1] else "(65)"
         equation = _EQUATIONS.get(family, last if family == "T2" else "docs/theory.md section 3")
+        if family in _TIGHT:
+            equation = "docs/theory.md section 9"
         if family.startswith("T3"):
             equation = "(75), docs/theory.md section 8"
         for name, comparison in zip(_names(family), obligation.comparisons, strict=False):

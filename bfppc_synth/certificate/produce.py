@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from bfppc_synth.certificate import checker
 from bfppc_synth.certificate.answers import judged_inequalities
-from bfppc_synth.certificate.numbers import design_document
+from bfppc_synth.certificate.entries import design_document
 from bfppc_synth.certificate.trees import find_trees
 from bfppc_synth.model.arithmetic import DEFAULT
 from bfppc_synth.model.certificate import Certificate, Verdict
@@ -198,7 +198,7 @@ def _proof(obligation: Obligation) -> dict[str, Any]:
         leaves = [goal.leaf for goal in obligation.pointwise]
         direct = trees == leaves
         return {"kind": "eval"} if direct else {"kind": "bisect", "trees": trees}
-    if any(goal.witness(200) for goal in obligation.pointwise):
+    if not obligation.corner or any(goal.witness(200) for goal in obligation.pointwise):
         return {"kind": obligation.proof}
-    trees = find_trees(obligation.corner) if obligation.corner else None
+    trees = find_trees(obligation.corner)
     return {"kind": obligation.proof} if trees is None else {"kind": "corner", "trees": trees}

@@ -38,7 +38,8 @@ def make_samples(law: Law, run: Sequence[Sample]) -> tuple[Sample, ...]:
     first = replace(first, x=run[0].x, reset=True)
     plain = [first, *rest]
     found = list(plain)
-    for k, sample in enumerate(plain):
+    found.append(first)
+    for k, sample in enumerate(rest):
         found += _moved(sample, k, reach)
     # A sample is turned away before anything is latched, and then the run begins elsewhere.
     odd = replace(first, x=(2.0 * reach[0], *first.x[1:]))

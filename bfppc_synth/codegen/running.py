@@ -17,12 +17,15 @@ _ROOM: Final = 1.0 + 2.0**-40
 
 @dataclass(slots=True)
 class Meter:
-    """What a chain of operations shares: the unit roundoff, and whether a comparison was close.
+    """What a chain of operations shares: its rounding, and whether a comparison was close.
+
+    ``unit`` is the unit roundoff, ``smallest`` the smallest positive number.
 
     ``doubtful`` becomes true where another arithmetic may have taken the other branch.
     """
 
     unit: float
+    smallest: float = 2.0**-1074
     doubtful: bool = False
 
     def number(self, value: float) -> Running:
@@ -47,7 +50,8 @@ class Meter:
                     spread = max(abs(end - value) for end in ends)
                 except (ValueError, OverflowError):
                     spread = math.inf
-            return Running(value, spread + _FUNCTION_ROUNDINGS * self.unit * abs(value), self)
+            own = self.unit * abs(value) + self.smallest
+            return Running(value, spread + _FUNCTION_ROUNDINGS * own, self)
 
         return followed
 
@@ -82,7 +86,8 @@ class Running(float):
         return made
 
     def _rounded(self, value: float, error: float) -> Running:
-        return Running(value, error + self.meter.unit * abs(value), self.meter)
+        own = self.meter.unit * abs(value) + self.meter.smallest
+        return Running(value, error + own, self.meter)
 
     def __add__(self, other: float) -> Running:
         """Add; so do the errors."""

@@ -47,7 +47,8 @@ def answer(law: Law, module: ModuleType, samples: Sequence[Sample]) -> Vectors:
     Vectors
         Samples whose branches another libm could take the other way are left out.
     """
-    meter = Meter(unit=math.ldexp(1.0, -law.arithmetic.bits))
+    smallest = math.ldexp(1.0, -149 if law.arithmetic.single else -1074)
+    meter = Meter(unit=math.ldexp(1.0, -law.arithmetic.bits), smallest=smallest)
     if not law.arithmetic.portable:
         _follow(module, meter)
     kept, left_out = list(samples), True

@@ -23,7 +23,7 @@ _FINER = tuple(0.5**k for k in range(1, 24))
 _COARSER = 6.0
 
 
-def no_design(problem: DesignProblem, *, free: bool) -> BfppcError:
+def no_design(problem: DesignProblem, *, free: bool, least: Evaluation | None = None) -> BfppcError:
     """Say why the search found nothing, and what would suffice instead.
 
     Parameters
@@ -32,6 +32,8 @@ def no_design(problem: DesignProblem, *, free: bool) -> BfppcError:
         The problem without a solution.
     free : bool
         Whether anything was left to the search.
+    least : Evaluation, optional
+        The least peak input without the limit, where other bounds than termwise know it.
 
     Returns
     -------
@@ -45,7 +47,7 @@ def no_design(problem: DesignProblem, *, free: bool) -> BfppcError:
             " reachable box (a pole, another domain error, or no positive g_m)"
         )
     if problem.limit is not None:
-        least = _least_input(replace(problem, limit=None))
+        least = least or _least_input(replace(problem, limit=None))
         if least is not None:
             return NoDesignError(_over_the_limit(problem, least))
         problem = replace(problem, limit=None)

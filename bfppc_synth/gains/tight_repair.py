@@ -32,6 +32,7 @@ _ROOM = 1e-3
 # What rounding may add to a termwise load, so that the checker finds it not smaller.
 _ABOVE = 1.0 + 1e-9
 _TERMWISE = 1.005
+_NEAR = 1.0 + 1e-4
 _TURNS = 80
 _CLOSE = 2e-5
 
@@ -47,10 +48,15 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Widening:
-    """Factors on the loads and on the rate that the checker left undecided; infinite: termwise."""
+    """Factors on the loads and on the rate that the checker left undecided; infinite: termwise.
+
+    ``excess`` are the checker's own termwise loads over those of this search, where they were
+    asked for.
+    """
 
     load: tuple[float, ...]
     rate: float = 1.0
+    excess: tuple[float, ...] = ()
 
     @staticmethod
     def none(order: int) -> Widening:
@@ -172,8 +178,10 @@ class Repair:
             found = self.judge.evaluate(shapes, half_widths, alternative, tight)
             if found is None:
                 return None
+            # A load of 0 asks for nothing, and a feedback of 0 is none.
+            least = LEAST_RATE * half_widths[last]
             lack = max(
-                d.rhs * (1.0 + margin) / d.lhs if d.lhs > 0.0 else math.inf
+                (d.rhs + least) * (1.0 + margin) / d.lhs if d.lhs > 0.0 else math.inf
                 for d in found.demands
                 if d.step == last and d.name == alternative
             )
@@ -233,7 +241,8 @@ class Repair:
         termwise, factor = self._termwise(shapes, half_widths).load[step], self._widening.load[step]
         if math.isinf(factor):
             # The checker's own termwise value may be a little above this one.
-            return _TERMWISE * termwise
+            excess = self._widening.excess
+            return (excess[step] * _NEAR if excess else _TERMWISE) * termwise
         return min(factor * wide, termwise)
 
     def _rate(self, shapes: tuple[Shape, ...], half_widths: tuple[float, ...]) -> float:

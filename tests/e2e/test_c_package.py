@@ -40,18 +40,34 @@ STRICT = (
 )
 C_ONLY = ("-std=c99", "-Wmissing-prototypes", "-Wstrict-prototypes")
 M4F = ("-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard")
+QUIET = ("-Wno-conversion", "-Wno-float-conversion", "-Wno-double-promotion")
 COMPILERS = {
     "gcc": ("gcc", *C_ONLY, "-O2"),
     "clang": ("clang", *C_ONLY, "-O2"),
     "analyzer": ("gcc", *C_ONLY, "-O1", "-fanalyzer"),
-    "mingw": ("x86_64-w64-mingw32-gcc", *C_ONLY, "-O2"),
+    # Its math.h has an isfinite that names float on the way.
+    "mingw": ("x86_64-w64-mingw32-gcc", *C_ONLY, "-O2", *QUIET),
     "arm": ("arm-none-eabi-gcc", *C_ONLY, *M4F, "-O2"),
     "c++": ("g++", "-x", "c++", "-std=c++11", "-O2"),
     "clang++": ("clang++", "-x", "c++", "-std=c++11", "-O2"),
 }
 # Tests print and allocate on the stack as they like; only C compilers have to like them.
 TESTED_BY = {"gcc", "clang", "mingw", "arm"}
-LIBM = {"cos", "exp", "fabs", "log", "pow", "sin", "sqrt", "tan", "tanh", "sinh", "cosh", "atan"}
+LIBM = {
+    "cos",
+    "exp",
+    "fabs",
+    "log",
+    "pow",
+    "sin",
+    "sqrt",
+    "tan",
+    "tanh",
+    "sinh",
+    "cosh",
+    "atan",
+    "asinh",
+}
 
 
 def run(folder: Path, *command: str, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -71,6 +87,11 @@ def passes(folder: Path, *command: str, **environment: str) -> str:
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
     assert done.stderr == ""
     return done.stdout
+
+
+def compiled(compiler: str, source: str) -> tuple[str, ...]:
+    program, *options = COMPILERS[compiler]
+    return (program, *STRICT, *options, "-Iinclude", "-c", source, "-o", "out.o")
 
 
 @cache
@@ -132,8 +153,7 @@ def test_no_compiler_has_anything_to_say(package, compiler):
     if compiler in TESTED_BY:
         sources += ["example/main.c", "test/golden.c", "test/fuzz.c", "verify/caller.c"]
     for source in sources:
-        command = (*COMPILERS[compiler], *STRICT, "-Iinclude", "-c", source, "-o", "out.o")
-        assert passes(package, *command) == ""
+        assert passes(package, *compiled(compiler, source)) == ""
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "arm"])
@@ -141,7 +161,8 @@ def test_only_prefixed_symbols_and_no_writable_data(package, compiler):
     name = name_of(package)
     passes(package, *COMPILERS[compiler], "-Iinclude", "-c", f"src/{name}.c", "-o", "out.o")
     lines = [line.split()[-2:] for line in passes(package, "nm", "out.o").splitlines()]
-    own = {symbol for kind, symbol in lines if kind != "U" and not symbol.startswith("$")}
+    # Marks of the assembler, and constants without a name of their own.
+    own = {symbol for kind, symbol in lines if kind != "U" and symbol[0] not in "$."}
     assert {f"{name}_reset", f"{name}_step"} <= own
     assert all(symbol.startswith(f"{name}_") for symbol in own)
     foreign = {symbol for kind, symbol in lines if kind == "U"}
@@ -206,8 +227,7 @@ def test_every_arithmetic_is_tested_proved_and_measured(arithmetic, tmp_path):
     package = write(made, tmp_path)
     for compiler in ("gcc", "clang", "mingw", "arm", "c++"):
         source = f"src/{made.spec.name}.c"
-        command = (*COMPILERS[compiler], *STRICT, "-Iinclude", "-c", source, "-o", "out.o")
-        assert passes(package, *command) == ""
+        assert passes(package, *compiled(compiler, source)) == ""
     assert ", 0 wrong" in passes(package, "make", "-s", "test")
     passes(package, "sh", "verify/run.sh", "proof", "misra", "tidy")
     said = passes(package, "make", "-s", "target")
@@ -221,10 +241,10 @@ def test_every_arithmetic_is_tested_proved_and_measured(arithmetic, tmp_path):
     ("old", "new", "test", "complaint"),
     [
         ("if (command > X_U_MAX) {", "if (command > 1e300) {", "fuzz", "exceeds U_MAX"),
-        ("(isfinite(command) != 0)", "(command > 0.0)", "fuzz", "FAILED"),
+        ("(isfinite(command) != 0)", "(command > 0.0)", "golden", "controller.py said"),
         ("!((s->t_last <= t)", "!((-1e300 <= t)", "fuzz", "time went back"),
         ("(v >= lower) && (v <= upper)", "!(v < lower) && !(v > upper)", "fuzz", "no number"),
-        ("    s->started = 0;", "", "fuzz", "reset"),
+        ("    s->started = 0;", "", "fuzz", "FAILED"),
         ("    s->command = answer;", "", "fuzz", "the one that is kept"),
         ("X_M_1 = 9.264;", "X_M_1 = 9.264001;", "golden", "controller.py said"),
         ("* (1.0 + cos(", "* (1.0 - cos(", "golden", "controller.py said"),

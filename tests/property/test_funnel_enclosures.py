@@ -142,8 +142,9 @@ def test_center_performance_is_judged_as_samples_say(tmp_path: Path, case: int) 
     rate = draw.choice([0.5, 1.0, 3.0])
     delta = draw.choice([0.0, 0.05])
     text = drawn.text.replace(
-        "synthesis: {center: nominal}\n", f"measurement: {{noise: {delta}}}\n"
+        "synthesis: {center: nominal}\n", "synthesis: {center: performance}\n"
     )
+    text += f"measurement: {{noise: {delta}}}\n"
     text = text.replace(", transition:", f", rho: {{kind: exponential, rate: {rate}}}, transition:")
     drawn.text = text.replace("accuracy: 0.01", "accuracy: 0.06")
     plant, problem = drawn.read(tmp_path)

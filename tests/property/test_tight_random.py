@@ -128,10 +128,11 @@ def pushed(plant, r, dr, e, parameters, index, draw):
         back = phi(SHAPES[j - 1], e[j - 1]) if j else 0.0
         x[plant.states[j]] = r[j] + e[j] - back
         here, channel = x | parameters, plant.channels[j]
-        known = channel.f is not None and (nominal or channel.f_bound is None)
-        f = evaluate_float(channel.f, here) if known else 0.0
-        if not known:
-            f = draw(-1.0, 1.0) * evaluate_float(channel.f_bound, here)
+        if nominal and channel.f is not None:
+            f = evaluate_float(channel.f, here)
+        else:
+            bound = channel.f if channel.f_bound is None else channel.f_bound
+            f = draw(-1.0, 1.0) * abs(evaluate_float(bound, here))
         f += draw(-1.0, 1.0) * evaluate_float(channel.disturbance, here)
         if channel.g_min is None or (nominal and channel.g is not None):
             g = 1.0 if channel.g is None else evaluate_float(channel.g, here)

@@ -140,6 +140,17 @@ def test_a_tree_with_too_few_cuts_is_not_proved(valid: Any) -> None:
     assert checker.check_documents(plant, again).verdict == "undecided"
 
 
+def test_trees_that_would_keep_the_checker_busy_are_malformed(valid: Any) -> None:
+    plant, certificate = valid
+    again = copy.deepcopy(certificate)
+    proof = claim(again, "tight.rate[z]")["proof"]
+    # Each of the four is below the limit for one tree.
+    proof["trees"] = ["0" * 3999] * len(proof["trees"])
+    report = checker.check_documents(plant, again)
+    assert report.verdict == "malformed"
+    assert "12000 letters" in report.failures[0]
+
+
 def swap(certificate: dict[str, Any]) -> None:
     tight = certificate["design"]["tight"]
     tight["load"][1], tight["rate"] = tight["rate"], tight["load"][1]

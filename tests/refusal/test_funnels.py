@@ -38,7 +38,9 @@ RATE = "rho: {kind: exponential, rate: 1}, "
 STARTS = "0.51*exp(-t)"
 
 
-def written(funnel: str, *, rho: str = RATE, synthesis: str = "p: {}", reference: str = "0") -> str:
+def written(
+    funnel: str, *, rho: str = RATE, synthesis: str = "center: performance", reference: str = "0"
+) -> str:
     text = FORCED.replace("FUNNEL", funnel).replace("RHO", rho)
     return text.replace("SYNTHESIS", synthesis).replace("REFERENCE", reference)
 
@@ -65,10 +67,10 @@ def refusal(spec: PlantSpec) -> str:
 @pytest.mark.parametrize(
     ("funnel", "synthesis"),
     [
-        (f"0.1 + {STARTS}", "p: {}"),
-        (f"0.1 + {STARTS}", "anchor: exact"),
-        ("max(0.15, 0.7 - 0.2*t)", "p: {}"),
-        ("min(3 - t/(1 + t), 0.7)", "p: {}"),
+        (f"0.1 + {STARTS}", "center: performance"),
+        (f"0.1 + {STARTS}", "center: performance, anchor: exact"),
+        ("max(0.15, 0.7 - 0.2*t)", "center: performance"),
+        ("min(3 - t/(1 + t), 0.7)", "center: performance"),
     ],
 )
 def test_a_funnel_wide_enough_is_certified(read, funnel: str, synthesis: str) -> None:
@@ -111,7 +113,9 @@ def test_the_fix_of_a_funnel_does_it(read) -> None:
 @pytest.mark.parametrize("method", ["theorem2", "theorem1"])
 def test_other_methods_prove_the_funnel_too(tmp_path: Path, method: str) -> None:
     text = FORCED.replace("REFERENCE", "0").replace("RHO", RATE)
-    text = text.replace("SYNTHESIS", f"method: {method}").replace("noise: 0.01", "noise: 0")
+    text = text.replace("SYNTHESIS", f"center: performance, method: {method}").replace(
+        "noise: 0.01", "noise: 0"
+    )
     path = tmp_path / "plant.yaml"
     path.write_text(text.replace("FUNNEL", "0.1 + 0.5*exp(-t)"), encoding="utf-8")
     design = synthesize(load_spec(path))
@@ -140,8 +144,8 @@ def test_a_free_transition_stays_in_the_funnel(read) -> None:
     design = synthesize(read("0.1 + 0.6*exp(-5*t)", rho="", **NOMINAL))
     design.certificate.require()
     assert design.nominal is not None
-    assert design.nominal.transition <= longest_kept(design.plant) < 1.0
-    assert longest_kept(build_plant(read("2", rho="", **NOMINAL))) == 32.0
+    assert design.nominal.transition <= longest_kept(design.plant, 32.0) < 1.0
+    assert longest_kept(build_plant(read("2", rho="", **NOMINAL)), 32.0) == 32.0
 
 
 def test_without_a_transition_that_keeps_the_funnel_the_nearest_miss_is_told(tmp_path) -> None:
@@ -158,7 +162,7 @@ def test_without_a_transition_that_keeps_the_funnel_the_nearest_miss_is_told(tmp
     assert "nearest miss: with T_s" in said
     raised = said.partition("a funnel higher by ")[2].partition(" ")[0]
     path.write_text(text.replace("FUNNEL", f"0.1 + {raised} + 0.51*exp(-t)"), encoding="utf-8")
-    assert longest_kept(build_plant(load_spec(path))) < 32.0
+    assert longest_kept(build_plant(load_spec(path)), 32.0) < 32.0
 
 
 def test_a_start_outside_the_funnel_is_a_mistake_for_any_transition(read) -> None:

@@ -69,8 +69,7 @@ KNOWN = {
     ),
     # (a - 1) sin t + a e with e = 0.1.
     "parameter": (
-        plant(["x"], {"x": {"f": "a*x"}}, reference="sin(t)", parameters={"a": ["0.9", "1.1"]})
-        | {},
+        plant(["x"], {"x": {"f": "a*x"}}, reference="sin(t)", parameters={"a": ["0.9", "1.1"]}),
         (40.0,),
         (0.1,),
         ((0.21,), 0.21),

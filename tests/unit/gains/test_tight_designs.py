@@ -3,18 +3,21 @@
 import dataclasses
 import math
 import os
+import re
 from pathlib import Path
 
 import pytest
 
 from bfppc_synth.bounds.tight_search import Effort
+from bfppc_synth.errors import NoDesignError
 from bfppc_synth.gains.evaluation import Judge
 from bfppc_synth.gains.problem import Weights
 from bfppc_synth.gains.search import search
 from bfppc_synth.gains.tight import repaired, search_tight
 from bfppc_synth.gains.tight_repair import Widening
+from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import prepare
+from bfppc_synth.synthesis import prepare, synthesize
 from bfppc_synth.synthesis_tight import finder_of
 
 ROOT = Path(__file__).parents[3]
@@ -89,7 +92,7 @@ def given(tmp_path, k):
 
 
 def test_given_gains_that_termwise_refuses_may_be_certified_tight(tmp_path):
-    problem, finder = given(tmp_path, 45)
+    problem, finder = given(tmp_path, 55)
     plain = search(problem, silent)
     assert plain is not None
     assert not Judge(problem).accepts(plain)
@@ -101,8 +104,8 @@ def test_given_gains_that_termwise_refuses_may_be_certified_tight(tmp_path):
 
 
 def test_given_gains_that_are_too_small_stay_refused(tmp_path):
-    # sup of -4 x + 0.5 x^2 - dr on the walls is 4.107: k p = 4.1 is below.
-    problem, finder = given(tmp_path, 41)
+    # sup of |-4 x + 0.5 x^2| - s dr on the walls is 5.10: k p = 5.0 is below.
+    problem, finder = given(tmp_path, 50)
     found = search_tight(problem, finder, None, silent)
     assert found is not None
     assert not Judge(problem).accepts(found.evaluation)
@@ -145,3 +148,66 @@ def test_a_claim_that_the_checker_wants_wider_is_widened_and_the_levels_follow()
     assert termwise is not None
     loads, others = termwise.evaluation.tight.load, termwise.termwise.load
     assert all(load > other for load, other in zip(loads, others, strict=True))
+
+
+LIMITED = """name: limited
+states: [x1, x2]
+dynamics:
+  x1: {{f: 'x1**2'}}
+  x2: {{f: 'x1*x2'}}
+reference: sin(t)
+initial: {{x1: 0.1, x2: 0}}
+performance: {{accuracy: 0.1}}
+actuator: {{limit: {limit}}}
+synthesis: {{center: performance, bounds: {bounds}}}
+"""
+
+
+def limited(tmp_path, limit, bounds):
+    path = tmp_path / "plant.yaml"
+    path.write_text(LIMITED.format(limit=limit, bounds=bounds), encoding="utf-8")
+    return load_spec(path)
+
+
+def test_a_limit_that_termwise_bounds_exceed_is_kept_by_tight_ones(tmp_path):
+    with pytest.raises(NoDesignError, match=r"above actuator\.limit 65"):
+        synthesize(limited(tmp_path, 65, "termwise"))
+    design = synthesize(limited(tmp_path, 65, "tight"))
+    assert design.certificate.verdict is Verdict.CERTIFIED
+    assert design.bounds.U <= 65.0
+    assert design.termwise.U is None
+
+
+def test_a_limit_below_the_least_tight_input_is_refused_with_that_input(tmp_path):
+    with pytest.raises(NoDesignError) as caught:
+        synthesize(limited(tmp_path, 5, "tight"))
+    found = re.search(r"least certified peak input found is ([0-9.]+)", str(caught.value))
+    # The termwise one is 91.
+    assert 5.0 < float(found[1]) < 50.0
+
+
+def test_a_plant_that_nothing_pushes_gets_a_feedback_all_the_same(tmp_path):
+    path = tmp_path / "plant.yaml"
+    path.write_text(
+        "name: still\nstates: [x1, x2]\ndynamics: {x1: {f: 0}, x2: {f: 0}}\n"
+        "initial: {x1: 0.5, x2: 0}\nperformance: {accuracy: 0.1, transition: 2}\n"
+        "synthesis: {center: nominal, bounds: tight}\n",
+        encoding="utf-8",
+    )
+    design = synthesize(load_spec(path))
+    assert design.certificate.verdict is Verdict.CERTIFIED
+    assert all(value > 0.0 for value in design.bounds.A)
+
+
+def test_terms_without_a_bounded_slope_are_bounded_all_the_same(tmp_path):
+    path = tmp_path / "plant.yaml"
+    path.write_text(
+        "name: rough\nstates: [x1, x2]\ndynamics:\n"
+        "  x1: {f: 'x1**(1/3) + sqrt(abs(x1))'}\n  x2: {f: 'sign(x2) + min(x1, x2)'}\n"
+        "reference: sin(t)\ninitial: {x1: 0.1, x2: 0}\nperformance: {accuracy: 0.1}\n"
+        "synthesis: {center: performance, bounds: tight}\n",
+        encoding="utf-8",
+    )
+    design = synthesize(load_spec(path))
+    assert design.certificate.verdict is Verdict.CERTIFIED
+    assert design.bounds.U < design.termwise.U

@@ -18,12 +18,12 @@ int main(void)
 
     paper_example_1_reset(&state);
     for (k = 0; k < 5; ++k) {
-        const paper_example_1_real t = period * (paper_example_1_real)k;
+        const paper_example_1_real t = period * k;
         const paper_example_1_real y_d = paper_example_1_reference(t);
         paper_example_1_real u = 0.0;
         const paper_example_1_status status = paper_example_1_step(&state, t, x, y_d, &u);
 
-        (void)printf("t = %.17g  u = %.17g  %s\n", (double)t, (double)u, words[status]);
+        (void)printf("t = %.17g  u = %.17g  %s\n", t, u, words[status]);
     }
     return 0;
 }
