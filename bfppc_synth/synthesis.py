@@ -13,7 +13,6 @@ from bfppc_synth.bounds.signals import (
 from bfppc_synth.errors import UsageError
 from bfppc_synth.gains.diagnose import no_design
 from bfppc_synth.gains.evaluation import Evaluation, Judge
-from bfppc_synth.gains.period import largest_period
 from bfppc_synth.gains.problem import DesignProblem, is_free
 from bfppc_synth.gains.search import search
 from bfppc_synth.gains.terms import explained, nominal_split
@@ -25,7 +24,7 @@ from bfppc_synth.model.spec import BoundsKind, CenterKind, Form, Method
 from bfppc_synth.synthesis_arithmetic import read_arithmetic, require_arithmetic
 from bfppc_synth.synthesis_nominal import around_performance
 from bfppc_synth.synthesis_prepare import MARGINS, prepare, problem_of_theorem1
-from bfppc_synth.synthesis_proof import judged_in_floats, proved
+from bfppc_synth.synthesis_proof import certified_period, judged_in_floats, proved
 from bfppc_synth.synthesis_rounding import (
     found_with_room,
     rounded_evaluation,
@@ -155,6 +154,7 @@ def restore(folder: Path) -> Design:
         verdict = Verdict(document["status"])
         proof = read_proof(folder)
         tight, termwise = restored_tight(document)
+        period = float(document["sampling"]["largest_certified_period"] or 0.0)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise UsageError(
             f"{folder}: not a generated folder ({type(error).__name__}: {error}); fix: name a"
@@ -171,13 +171,22 @@ def restore(folder: Path) -> Design:
     if found is None or len(shapes) != spec.order:
         raise UsageError(f"{folder}: the gains of report.json do not fit plant.yaml")
     certificate = replace(judged_in_floats(problem, found), verdict=verdict, document=proof)
-    return replace(_design(problem, signals, found, certificate), termwise=termwise)
+    design = _design(problem, signals, found, certificate, period)
+    return replace(design, termwise=termwise)
 
 
 def _design(
-    problem: DesignProblem, signals: SignalBounds, found: Evaluation, certificate: Certificate
+    problem: DesignProblem,
+    signals: SignalBounds,
+    found: Evaluation,
+    certificate: Certificate,
+    period: float | None = None,
 ) -> Design:
     spec = problem.plant.spec
+    if period is None:
+        sampled = spec.synthesis.method in (Method.UNIFIED, Method.THEOREM3)
+        sound = spec.synthesis.form is Form.SOUND
+        period = certified_period(problem, found, certificate) if sampled and sound else 0.0
     entries = []
     for entry in certificate.inequalities:
         stem, _, state = entry.id.rstrip("]").partition("[")
@@ -186,8 +195,6 @@ def _design(
             entries.append(replace(entry, binding_terms=explained(problem, found, step)))
         else:
             entries.append(entry)
-    sampled = spec.synthesis.method in (Method.UNIFIED, Method.THEOREM3)
-    periodic = sampled and spec.synthesis.form is Form.SOUND
     return Design(
         spec=spec,
         plant=problem.plant,
@@ -199,11 +206,7 @@ def _design(
         omega=found.half_widths,
         bounds=found.bounds,
         certificate=replace(certificate, inequalities=tuple(entries)),
-        largest_certified_period=(
-            largest_period(problem, found.shapes, found.half_widths, found.tight)
-            if periodic
-            else 0.0
-        ),
+        largest_certified_period=period,
         stages=() if problem.staging is None else problem.staging.stages,
         nominal=None if problem.nominal is None else problem.nominal.model,
         nominal_split=nominal_split(problem, found),

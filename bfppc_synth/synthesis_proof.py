@@ -6,8 +6,10 @@ import json
 from typing import TYPE_CHECKING
 
 from bfppc_synth.certificate.entries import rounding_errors
+from bfppc_synth.certificate.period import proved_period
 from bfppc_synth.certificate.produce import judge, produce_certificate, tool_name
 from bfppc_synth.gains.methods.theorem3 import stage_demands
+from bfppc_synth.gains.period import largest_period
 from bfppc_synth.model.certificate import Certificate, Inequality, Verdict
 from bfppc_synth.model.spec import Form
 
@@ -46,6 +48,20 @@ def proved(problem: DesignProblem, found: Evaluation) -> Certificate:
         arithmetic=problem.arithmetic,
     )
     return judge(document, produced)
+
+
+def certified_period(problem: DesignProblem, found: Evaluation, certificate: Certificate) -> float:
+    """Return a lower bound on the largest period [s] that these gains keep; 0 for none.
+
+    Where nothing is certified it is what floats say.
+    """
+    spec = problem.plant.spec
+    estimate = largest_period(problem, found.shapes, found.half_widths, found.tight)
+    if certificate.verdict is not Verdict.CERTIFIED or estimate == 0.0:
+        return estimate
+    design = json.loads(certificate.document)["design"]
+    own = spec.sampling.period.approximate
+    return max(own, proved_period(_document(spec), design, max(own, estimate)))
 
 
 def _document(spec: PlantSpec) -> dict[str, object]:

@@ -3898,6 +3898,15 @@ def _derived(
     return _Chain(problem, shapes, p, center_after(center, free), free, claimed).obligations()
 
 
+def at_period(found: Obligations, tight: Tight | None, period: Fraction) -> Obligations:
+    """Derive what must hold with another time between samples: center and tube stay.
+
+    For method unified in binary64; nothing that is verified rests on this.
+    """
+    problem = replace(found.problem, period=from_fraction(period))
+    return _Chain(problem, found.gains, found.half_widths, found.center, (), tight).obligations()
+
+
 def _with_center(problem: Problem, chosen: str) -> Problem:
     """Take the center of the design, where the file leaves it open.
 
@@ -5240,7 +5249,7 @@ def _assumed(problem: Problem) -> tuple[str, ...]:
 # 8. Verification: every obligation against its claim.
 
 THEOREMS = {
-    "unified": "Theorem U (docs/theory.md section 3)",
+    "unified": "Theorem U (docs/theory.md section 3; its center: sections 2 and 4)",
     "theorem1": "Theorem 1, sound form (docs/theory.md section 7)",
     "theorem2": "Theorem 2, sound form (docs/theory.md section 2)",
     "theorem3": "Theorem 3, sound form (docs/theory.md section 8)",
