@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
-import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -29,9 +29,15 @@ def test_the_section_says_what_a_step_computes(design):
     entry = code_entry(design, cost)["code"]
     assert entry["operations"]["functions"] == {"cos": 1, "tanh": 2}
     assert entry["operations"]["multiplications"] == cost.multiplications
-    assert entry["slope_product"] == math.prod(design.bounds.L)
-    lost = math.log10(math.prod(design.bounds.L) * design.bounds.X[0] / design.bounds.U)
-    assert entry["digits_lost"] == pytest.approx(max(lost, 0.0))
+
+
+@pytest.mark.parametrize(("peak", "digits"), [(20.0, 2.0), (1e5, 0.0)])
+def test_digits_lost_are_the_slopes_over_the_ranges(design, peak, digits):
+    bounds = replace(design.bounds, L=(10.0, 100.0), X=(2.0, 3.0), U=peak)
+    made = replace(design, bounds=bounds)
+    entry = code_entry(made, step_cost(build_law(design)))["code"]
+    assert entry["slope_product"] == 1000.0
+    assert entry["digits_lost"] == pytest.approx(digits)
 
 
 def test_without_counts_there_is_no_section(design):
