@@ -155,10 +155,14 @@ def simulate(
         If the folder is not one that this tool wrote.
     """
     from bfppc_synth.synthesis import restore
+    from bfppc_synth.synthesis_arithmetic import require_arithmetic
 
     progress(f"reading {folder.as_posix()}")
     design = restore(folder)
     spec = design.spec
+    if horizon is not None:
+        longer = replace(spec, simulation=replace(spec.simulation, horizon=horizon))
+        require_arithmetic(longer, design.arithmetic)
     if seed is not None:
         spec = replace(spec, simulation=replace(spec.simulation, seed=seed))
         design = replace(design, spec=spec, plant=replace(design.plant, spec=spec))

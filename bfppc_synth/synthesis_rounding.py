@@ -44,7 +44,8 @@ def found_with_room(base: DesignProblem, find: Find) -> tuple[Evaluation, Certif
     Returns
     -------
     tuple[Evaluation, Certificate]
-        The first design that is proved; where nothing is free that one, proved or not.
+        The first design that is proved, or whose plant file is refuted; where nothing is free
+        that one, proved or not.
 
     Raises
     ------
@@ -68,7 +69,8 @@ def found_with_room(base: DesignProblem, find: Find) -> tuple[Evaluation, Certif
         found, certificate_or_none = find(with_rounding(base, allowance(errors)))
         if found is None or certificate_or_none is None:
             break
-        if certificate_or_none.verdict is Verdict.CERTIFIED:
+        refuted = any(not entry.holds for entry in certificate_or_none.assumption_checks)
+        if refuted or certificate_or_none.verdict is Verdict.CERTIFIED:
             return found, certificate_or_none
         last = found
     raise NoDesignError(refused_single(base, last, errors))

@@ -55,6 +55,8 @@ def test_float_and_portable_are_written_told_and_verified_and_the_bytes_are_the_
     capsys.readouterr()
     assert main(["verify", str(outs[0])]) == 0
     assert "libm" not in capsys.readouterr().out
+    assert main(["simulate", str(outs[0]), "--horizon", "2000"]) == 2
+    assert "is not below 1024 s" in capsys.readouterr().err
 
 
 def test_the_default_says_nothing_of_it_and_has_the_certificate_of_before(tmp_path: Path) -> None:
@@ -145,3 +147,13 @@ def test_float_is_refused_where_an_inequality_loses_too_much(
     assert not out.exists()
     if more:
         assert main([path, "--out", str(out), "--quiet"]) == 0
+
+
+def test_a_refuted_plant_file_is_not_blamed_on_float(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = plant(tmp_path, ("{f: 0.5*sin(x1)}", "{f: 0.5*sin(x1), f_bound: 0.1}"))
+    assert main([path, "--real", "float", "--out", str(tmp_path / "out")]) == 4
+    error = capsys.readouterr().err
+    assert "f_bound[x1]: refuted" in error
+    assert "not admissible" not in error
