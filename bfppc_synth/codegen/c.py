@@ -207,11 +207,13 @@ def _judged(law: Law, lines: tuple[Line, ...], syntax: _CSyntax) -> list[str]:
     """Declare results, and test each error where it is known: none is kept over a call of tanh."""
     tests = {test.variable: _within(test, syntax) for test in law.tube}
     # Center nominal divides: a command held back because v has no value is not OK.
-    declared = [] if law.center.latch is None else ["inside = (isfinite(v) != 0);"]
+    declared = [] if law.center.latch is None else ["bool inside = (isfinite(v) != 0);"]
+    left = "inside = inside &&" if declared else "bool inside ="
     for line in lines:
         declared += _declared(law, (line,), indent=12)
         if line.target in tests:
-            declared.append(f"inside = inside && {tests[line.target]};")
+            declared.append(f"{left} {tests[line.target]};")
+            left = "inside = inside &&"
     return declared
 
 
