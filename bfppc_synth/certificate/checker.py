@@ -5249,7 +5249,7 @@ def _assumed(problem: Problem) -> tuple[str, ...]:
 # 8. Verification: every obligation against its claim.
 
 THEOREMS = {
-    "unified": "Theorem U (docs/theory.md section 3; its center: sections 2 and 4)",
+    "unified": "Theorem U (docs/theory.md sections 2 to 4)",
     "theorem1": "Theorem 1, sound form (docs/theory.md section 7)",
     "theorem2": "Theorem 2, sound form (docs/theory.md section 2)",
     "theorem3": "Theorem 3, sound form (docs/theory.md section 8)",

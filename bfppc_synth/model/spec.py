@@ -30,10 +30,7 @@ class Form(StrEnum):
 
 
 THEOREMS = {
-    (
-        Method.UNIFIED,
-        Form.SOUND,
-    ): "Theorem U (docs/theory.md section 3; its center: sections 2 and 4)",
+    (Method.UNIFIED, Form.SOUND): "Theorem U (docs/theory.md sections 2 to 4)",
     (Method.THEOREM1, Form.SOUND): "Theorem 1, sound form (docs/theory.md section 7)",
     (Method.THEOREM1, Form.PRINTED): "Theorem 1 as printed in the paper, never certified",
     (Method.THEOREM2, Form.SOUND): "Theorem 2, sound form (docs/theory.md section 2)",

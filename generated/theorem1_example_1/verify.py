@@ -1296,9 +1296,12 @@ class Tape:
 
 
 class Steep(Tape):
-    """A tape with slopes in reverse, for many symbols; ``held`` of the first are never faces."""
+    """A tape with slopes in reverse, for many symbols.
 
-    held = 0
+    Where a box has no value yet, its ``first`` dimensions are cut before the others.
+    """
+
+    first = 0
 
     def gradient(self, box: Box) -> tuple[Interval, Gradient]:
         """Value and enclosure of all slopes over the box: each place's factor on the result.
@@ -1366,8 +1369,8 @@ class Steep(Tape):
                 value, slopes = self.gradient(face)
                 steep = [
                     j
-                    for j, s in slopes.items()
-                    if j >= self.held and (s[0] >= 0 or s[1] <= 0) and face[j][0] < face[j][1]
+                    for j, slope in slopes.items()
+                    if (slope[0] >= 0 or slope[1] <= 0) and face[j][0] < face[j][1]
                 ]
                 if not steep:
                     break
@@ -1402,7 +1405,7 @@ class Steep(Tape):
             except UndecidedError:
                 values.append((-_LARGEST, _LARGEST))
         wide = [j for j, (lo, hi) in enumerate(box) if lo < hi]
-        wide.sort(key=lambda j: (j >= self.held, box[j][0] - box[j][1]))
+        wide.sort(key=lambda j: (j >= self.first, box[j][0] - box[j][1]))
         return Bound(values[0][1], values[1][0], middle, box, tuple(wide))
 
 
@@ -3262,7 +3265,7 @@ class _Survey:
         judged = [(stretch, self._judge(stretch)) for stretch in path.stretches(_SLICES)]
         self.found = _largest([bounds for _, bounds in judged])
         # A cell of several phases is cut in each of them, and there are few to begin with.
-        for _ in range(5 if judged[-1][0].others else 3):
+        for _ in range(4 if judged[-1][0].others else 3):
             judged, last = self._cut(judged), self.found
             self.found = _largest([bounds for _, bounds in judged])
             pairs = zip(last, self.found, strict=True)
@@ -3289,8 +3292,11 @@ class _Survey:
         kept: list[Any] = []
         for stretch, bounds in judged:
             pairs = zip(bounds, self.found, strict=True)
+            # Cells of several phases are wide: whatever may exceed what is reached is cut.
             if all(
-                a[1] < b[1] - (abs(b[1]) >> 10) or b[1] - b[0] <= abs(b[1]) >> 13 for a, b in pairs
+                a[1] < (b[0] + (abs(b[1]) >> 8) if stretch.others else b[1] - (abs(b[1]) >> 10))
+                or b[1] - b[0] <= abs(b[1]) >> 13
+                for a, b in pairs
             ):
                 kept.append((stretch, bounds))
                 continue
@@ -3892,6 +3898,15 @@ def _derived(
     return _Chain(problem, shapes, p, center_after(center, free), free, claimed).obligations()
 
 
+def at_period(found: Obligations, tight: Tight | None, period: Fraction) -> Obligations:
+    """Derive what must hold with another time between samples: center and tube stay.
+
+    For method unified in binary64; nothing that is verified rests on this.
+    """
+    problem = replace(found.problem, period=from_fraction(period))
+    return _Chain(problem, found.gains, found.half_widths, found.center, (), tight).obligations()
+
+
 def _with_center(problem: Problem, chosen: str) -> Problem:
     """Take the center of the design, where the file leaves it open.
 
@@ -4064,23 +4079,22 @@ class _Signals:
 class _Followed(Steep):
     """An expression in r_1..r_n, v ("#r{i}"), errors and parameters, along center nominal.
 
-    A box begins with the coordinates of the signals; what depends on these is not taken to a
-    face, so that the middle of their part is used over and over.
+    A box begins with the coordinates of the signals.
     """
 
     def __init__(self, node: Node, signals: _Signals, names: Sequence[str]) -> None:
         count = signals.path.n + 1
         super().__init__(node, [*(f"#r{k + 1}" for k in range(count)), *names])
-        self.signals, self.held, self.count = signals, len(signals.wide), count
+        self.signals, self.first, self.count = signals, len(signals.wide), count
 
     def _values(self, box: Box) -> list[Interval]:
-        return super()._values((*self.signals.over(box[: self.held])[0], *box[self.held :]))
+        return super()._values((*self.signals.over(box[: self.first])[0], *box[self.first :]))
 
     def gradient(self, box: Box) -> tuple[Interval, Gradient]:
         """Value and slopes, those of the signals passed on to their coordinates."""
         value, inner = super().gradient(box)
-        result = {j + self.held - self.count: s for j, s in inner.items() if j >= self.count}
-        for k, slopes in enumerate(self.signals.over(box[: self.held])[1]):
+        result = {j + self.first - self.count: s for j, s in inner.items() if j >= self.count}
+        for k, slopes in enumerate(self.signals.over(box[: self.first])[1]):
             if k in inner:
                 _accumulate(result, dict(enumerate(slopes)), inner[k])
         return value, result
@@ -4091,6 +4105,19 @@ class _Residual:
 
     Made of true states: x_j = r_j + e_j - phi_{j-1}(e_{j-1}); along center nominal dr_j =
     f^_j(r) + g^_j(r) r_{j+1}. What is bounded only has a factor of known sign and is kept apart.
+    At one time all of it belongs together: no inequality is used on the way, so damping helps.
+
+    Truth is what the termwise chain takes for it: along center nominal f and g where they are
+    given; with center performance |f| <= f_bound where that is given, else f with its
+    parameters, and g from g_min (else g) to g_bound (else g).
+
+    r and v are those of real arithmetic, from the start that was latched, whatever it is: the
+    true errors are made of these. What the code computes instead differs by what eta and
+    delta_u contain (``rounding_errors``); d e_i / dt on the tube has no part of it but u, and
+    u - v stands apart in (U2), (U2') and V_n. So the rounding counts as for termwise bounds.
+
+    A facet is taken with a thickness of 2^-40 p_i: the layer in which Theorem U wants |e_i| to
+    decrease is a part of it, and f may jump at the facet itself.
     """
 
     def __init__(
@@ -5222,7 +5249,7 @@ def _assumed(problem: Problem) -> tuple[str, ...]:
 # 8. Verification: every obligation against its claim.
 
 THEOREMS = {
-    "unified": "Theorem U (docs/theory.md section 3)",
+    "unified": "Theorem U (docs/theory.md sections 2 to 4)",
     "theorem1": "Theorem 1, sound form (docs/theory.md section 7)",
     "theorem2": "Theorem 2, sound form (docs/theory.md section 2)",
     "theorem3": "Theorem 3, sound form (docs/theory.md section 8)",
@@ -5568,6 +5595,8 @@ def _check_goals(
     hints = leaf if trees is None else _list(trees, "trees", len(goals))
     if len(hints) != len(goals):
         raise MalformedError(f"{obligation.id}: {len(goals)} trees are needed")
+    if sum(len(tree) for tree in hints if isinstance(tree, str)) > _MOST_LETTERS:
+        raise MalformedError(f"{obligation.id}: trees of more than {_MOST_LETTERS} letters")
     held = all(check_tree(goal, tree) for goal, tree in zip(goals, hints, strict=True))
     if held and kind != "corner":
         return "proved", "", None
@@ -5582,6 +5611,7 @@ def _check_goals(
     return "undecided", "the hinted subdivision does not prove it", None
 
 
+_MOST_LETTERS = 12_000
 LETTERS = ".0123456789abcdefghijklmnopqrstuvwxyz"
 
 

@@ -128,8 +128,8 @@ static void switching_example_2_center(
     switching_example_2_real offset,
     switching_example_2_real anchor_1,
     switching_example_2_real start_2,
-    switching_example_2_real *center_1,
-    switching_example_2_real *center_2)
+    switching_example_2_real *to_r_1,
+    switching_example_2_real *to_r_2)
 {
     const switching_example_2_real rho_1 =
         (elapsed < 3.141592653589793) ? (0.5 * (1.0 + cos(elapsed))) : 0.0;
@@ -140,8 +140,8 @@ static void switching_example_2_center(
         (since < 3.141592653589793) ? (0.5 * (1.0 + cos(since))) : 0.0;
     const switching_example_2_real r_2 = rho_2 * start_2;
 
-    *center_1 = r_1;
-    *center_2 = r_2;
+    *to_r_1 = r_1;
+    *to_r_2 = r_2;
 }
 
 /* Errors made of measured states, and the command, of stage 1. */

@@ -142,9 +142,8 @@ theorem1_example_1_status theorem1_example_1_step(theorem1_example_1_state *s, t
             const theorem1_example_1_real r_2 = rho * start_2;
 
             /* Errors made of measured states, whether they are in their tubes, and the law. */
-            bool inside = true;
             const theorem1_example_1_real e_1 = x_1 - r_1;
-            inside = inside && theorem1_example_1_in_range(e_1, -tube_1, tube_1);
+            bool inside = theorem1_example_1_in_range(e_1, -tube_1, tube_1);
             const theorem1_example_1_real feedback_2 =
                 theorem1_example_1_gamma_1 * theorem1_example_1_H_1_0;
             const theorem1_example_1_real phi_1 = feedback_2 * e_1;
