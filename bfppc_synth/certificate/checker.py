@@ -6106,6 +6106,16 @@ def _check_c_arithmetic(code: str, name: str, arithmetic: Arithmetic) -> None:
             allowed = end == suffix and (arithmetic.math == "libm" or word == "fabs")
             if not allowed and re.search(rf"\b{word}{end}\b", code):
                 raise MalformedError(f"{name}.c: {word}{end} is not what the certificate is about")
+    # What compilers have beside these: types of other widths, builtins, libraries of their own.
+    strange = set(re.findall(r"\b(?:_\w*|double_t|float_t)\b", code))
+    strange -= set(re.findall(r"\b_\w*", f"{_GUARDS} _Bool"))
+    called = {*_LIBM.split(), "copysign"} if arithmetic.math == "libm" else {"fabs"}
+    called = {word + suffix for word in called} | {"if", "return", "defined", "isfinite"}
+    for word in re.findall(r"\b([A-Za-z]\w*)\s*\(", code):
+        if word not in called and not word.startswith(f"{name}_"):
+            strange.add(word)
+    if strange:
+        raise MalformedError(f"{name}.c: {min(strange)} is not what the certificate is about")
 
     def binary64(literal: re.Match[str]) -> str:
         value = _literal(literal.group(), arithmetic, ".c")

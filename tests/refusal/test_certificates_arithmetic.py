@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 PLANT = Path(__file__).parents[1] / "plants" / "small_exponential.yaml"
 HEADER, SOURCE, PYTHON = "c/include/small.h", "c/src/small.c", "controller.py"
+LIMIT = "time_limit = 1024.0F;"
 PORTABLE_FLOAT = Arithmetic(real=Real.FLOAT, mathematics=Mathematics.PORTABLE)
 PORTABLE_DOUBLE = Arithmetic(real=Real.DOUBLE, mathematics=Mathematics.PORTABLE)
 
@@ -112,6 +113,9 @@ def test_portable_code_under_a_certificate_for_the_libm_is_refused(
         (SOURCE, "(t_0 + t_0)", "(float)tanh((double)t_0)", "double where everything"),
         (SOURCE, "(t_0 + t_0)", "tanhf(t_0)", "tanhf is not what the certificate"),
         (SOURCE, "static small_real small_tanh(", "small_real small_tanh(", "cannot be read"),
+        (SOURCE, LIMIT, f"{LIMIT}\nstatic double_t small_wide;", "double_t is not what"),
+        (SOURCE, LIMIT, f"{LIMIT}\nextern small_real other(small_real v);", "other is not what"),
+        (SOURCE, LIMIT, f"{LIMIT}\nextern small_real __builtin_tanhf(small_real v);", "__builtin"),
         (HEADER, "typedef float", "typedef double", "not binary32"),
         (PYTHON, "single(0.25 * inner)", "single(0.125 * inner)", "portable tanh is not"),
         (PYTHON, "single(z * above_1)", "z - above_1", "portable tanh is not the function"),
