@@ -171,9 +171,9 @@ def prepare_nominal(
 def _longest_wanted(spec: PlantSpec) -> float:
     """How long a transition may take where the file leaves it open: as long as what is simulated.
 
-    A horizon that only keeps a run with short samples short says nothing about it.
+    A horizon that only keeps a run short says nothing about it.
     """
-    return spec.simulation.horizon if spec.gives("simulation.horizon") else DEFAULT_HORIZON
+    return max(spec.simulation.horizon, DEFAULT_HORIZON)
 
 
 def _require_admission(plant: Plant, majorants: Majorants, center: CenterBounds) -> None:

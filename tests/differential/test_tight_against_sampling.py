@@ -258,7 +258,8 @@ CASES = {
         shapes=(shape(10.0, 0.5, 0.25, 20.0), shape(300.0)),
         p=(0.1, 0.5),
         f=(
-            lambda x, th, h: -th["a"] * x[0] + 0.1 * h[0],
+            # Center performance knows of a derived f* only that |f| is below it.
+            lambda x, th, h: th["a"] * x[0] * h[2] + 0.1 * h[0],
             lambda x, _, h: abs(x[0]) * x[1] ** 2 * h[0],
         ),
         g=(
@@ -287,7 +288,7 @@ CASES = {
         },
         shapes=(shape(40.0),),
         p=(0.1,),
-        f=(lambda x, *_: x[0] * abs(x[0]) - 2 * x[0],),
+        f=(lambda x, _, h: (x[0] * abs(x[0]) - 2 * x[0]) * h[0],),
         g=(lambda *_: 1.0,),
         starts=((-0.2, 0.2),),
         path=performance(lambda _, rng: (rng.choice((-0.5, 0.5)), rng.choice((-1, 1))), None),

@@ -121,7 +121,7 @@ TIGHT = [
     ("horizon: 0.05", "horizon: 0.00002"),
 ]
 GAINS = "{x1: {k: 1e-9, M: 1.132, epsilon: 3.101e-06, c: 0}, x2: {k: 2371000, M: 0, c: 0}}"
-FIXED = ("center: performance", f"gains: {GAINS}, p: {{x2: 0.2098}}")
+FIXED = ("center: performance", f"center: performance, gains: {GAINS}, p: {{x2: 0.2098}}")
 
 
 @pytest.mark.parametrize(("more", "code"), [([], 3), ([FIXED], 4)], ids=["free", "fixed"])
