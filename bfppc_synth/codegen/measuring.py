@@ -13,6 +13,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -189,7 +190,8 @@ def _said_by(command: tuple[str, ...], tools: Mapping[str, str], folder: Path) -
         except subprocess.TimeoutExpired:
             raise _Failed(f"{command[0]} took longer than {TIME_LIMIT:g} s") from None
         finally:
-            if process.poll() is None:
+            # Not poll(): until the process is waited for, its number is the group's.
+            if process.returncode is None:
                 _end(process)
     if process.returncode:
         raise _Failed(_complaint(command[0], process.returncode, complaint or said))
@@ -201,7 +203,8 @@ def _end(process: subprocess.Popen[str]) -> None:
     if sys.platform == "win32":
         process.kill()
     else:
-        os.killpg(process.pid, signal.SIGKILL)
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, signal.SIGKILL)
 
 
 def _complaint(tool: str, status: int, words: str) -> str:

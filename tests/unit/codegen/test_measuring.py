@@ -164,13 +164,14 @@ def test_code_that_answers_otherwise_on_the_target_has_no_cost():
     assert found.reason.startswith(f"{EMULATOR} ended with 1: vector 1: 2.814")
 
 
+@pytest.mark.parametrize("then", ["wait", "exit 0"])
 def test_a_command_that_does_not_end_is_ended_with_all_that_it_started(
-    tools, tmp_path, monkeypatch
+    tools, tmp_path, monkeypatch, then
 ):
     monkeypatch.setattr(measuring, "TIME_LIMIT", 0.5)
-    shell = shutil.which("sleep", path="/usr/bin:/bin")
+    sleep = shutil.which("sleep", path="/usr/bin:/bin")
     note = tmp_path / "started"
-    stub(tools, COMPILER, f"{shell} 60 & echo $! > {shlex.quote(str(note))}; wait")
+    stub(tools, COMPILER, f"{sleep} 60 & echo $! > {shlex.quote(str(note))}; {then}")
     begin = time.monotonic()
     assert reason() == f"{COMPILER} took longer than 0.5 s"
     assert time.monotonic() - begin < 30.0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import pytest
 
 from bfppc_synth.model.cost import StepCost
@@ -57,6 +59,14 @@ def test_a_target_that_was_not_measured_has_the_same_keys(design, run, target, r
     assert found["instructions"] == {"least": None, "average": None, "most": None}
     assert [found[key] for key in ("compiler", "emulator", *KEYS[4:7])] == [None] * 5
     assert found["not_measured"] == reason
+
+
+def test_a_step_that_needs_no_stack_is_measured_all_the_same(design, run):
+    leaf = dataclasses.replace(MEASURED, stack=0)
+    assert entry(design, run, leaf)["stack_bytes"] == 0
+    assert (
+        'data-json-path="code.target.stack_bytes" data-value="0">0<' in pages(design, run, leaf)[0]
+    )
 
 
 def test_page_and_readme_show_what_was_measured(design, run):
