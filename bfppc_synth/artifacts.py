@@ -51,6 +51,7 @@ def package(
 
     from bfppc_synth.codegen.cost import step_cost
     from bfppc_synth.codegen.law import build_law
+    from bfppc_synth.codegen.measuring import measure_step
     from bfppc_synth.report.render import render_html, render_readme
     from bfppc_synth.report.tables import report_document, trajectory_csv
     from bfppc_synth.spec.canonical import plant_json
@@ -61,7 +62,10 @@ def package(
     evidence = simulate_design(design, controller=code["controller.py"])
     code |= golden_vectors(design, code["controller.py"], evidence.nominal)
     cost = step_cost(build_law(design))
-    document = report_document(design, evidence.nominal, evidence.adversaries, cost=cost)
+    progress("measuring the C code")
+    target = measure_step(code, design.spec.name)
+    nominal, adversaries = evidence.nominal, evidence.adversaries
+    document = report_document(design, nominal, adversaries, cost=cost, target=target)
     progress("writing the report")
     texts = {
         "README.md": render_readme(document),

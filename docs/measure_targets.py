@@ -1,6 +1,6 @@
 """Measure every committed controller on an emulated Cortex-M4F: ``make targets``.
 
-Copies each c/ folder of generated/ to a scratch place, runs its ``make target`` and writes
+Runs the commands of ``make target`` on a copy of each c/ folder of generated/ and writes
 docs/targets.md. QEMU counts instructions, so the numbers do not depend on the machine; they do
 on the compiler, which the page names.
 """
@@ -8,10 +8,10 @@ on the compiler, which the page names.
 from __future__ import annotations
 
 import re
-import shutil
-import subprocess
-import tempfile
 from pathlib import Path
+
+from bfppc_synth.codegen.measuring import measure_step
+from bfppc_synth.model.target import NotMeasured, TargetCost
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "targets.md"
@@ -27,44 +27,37 @@ arithmetic is done in software there: `--real float` is what this processor is m
 | controller | n | instructions, least | on average | most | code, bytes | stack | state |
 |---|---|---|---|---|---|---|---|
 """
-SAID = re.compile(
-    r"step: (\d+) least, (\d+) on average, (\d+) most .* stack (\d+) bytes.* state (\d+) bytes"
-)
 
 
-def said_by(command: list[str], folder: Path) -> str:
-    """Return what a command prints."""
-    done = subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True)  # noqa: S603
-    return done.stdout
+def measure(place: Path) -> TargetCost:
+    """Run one package on the emulated processor."""
+    folder = place / "c"
+    paths = sorted(path for path in folder.rglob("*") if path.is_file())
+    code = {
+        path.relative_to(place).as_posix(): path.read_text()
+        for path in paths
+        if "build" not in path.relative_to(folder).parts
+    }
+    found = measure_step(code, place.name)
+    if isinstance(found, NotMeasured):
+        raise SystemExit(f"{place.name}: {found.reason}")
+    return found
 
 
-def measure(name: str, folder: Path) -> str:
-    """Run one package on the emulated processor; a row of the table."""
-    said = said_by(["make", "-s", "target"], folder)
-    found = SAID.search(said)
-    if found is None:
-        raise SystemExit(f"{name}: make target says no numbers:\n{said}")
-    least, average, most, stack, state = found.groups()
-    code = said.splitlines()[-1].split()[0]
-    header = (folder / "include" / f"{name}.h").read_text()
+def row(place: Path, cost: TargetCost) -> str:
+    """Lay out one row of the table."""
+    header = (place / "c" / "include" / f"{place.name}.h").read_text()
     order = re.findall(r"_ORDER (\d+)", header)[0]
-    numbers = (order, least, average, most, code, stack, state)
-    return f"| {name} | {' | '.join(numbers)} |\n"
+    numbers = (cost.least, cost.average, cost.most, cost.code, cost.stack, cost.state)
+    return f"| {place.name} | {order} | {' | '.join(map(str, numbers))} |\n"
 
 
 def main() -> None:
     """Write the page."""
-    compiler = said_by(["arm-none-eabi-gcc", "--version"], ROOT).splitlines()[0]
-    emulator = said_by(["qemu-system-arm", "--version"], ROOT).splitlines()[0]
-    short = re.sub(r" \(.*", "", emulator)
-    rows = []
-    for place in sorted((ROOT / "generated").iterdir()):
-        with tempfile.TemporaryDirectory() as scratch:
-            folder = Path(scratch) / "c"
-            shutil.copytree(place / "c", folder, ignore=shutil.ignore_patterns("build"))
-            rows.append(measure(place.name, folder))
-    text = HEAD.format(compiler=re.sub(r" \(.*\)", "", compiler), emulator=short)
-    PAGE.write_text(text + "".join(rows))
+    places = sorted(path for path in (ROOT / "generated").iterdir() if path.is_dir())
+    costs = [measure(place) for place in places]
+    text = HEAD.format(compiler=costs[0].compiler, emulator=costs[0].emulator)
+    PAGE.write_text(text + "".join(map(row, places, costs)))
 
 
 if __name__ == "__main__":

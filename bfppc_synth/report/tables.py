@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.model.shapes import Theorem1Gain
 from bfppc_synth.model.spec import THEOREMS
+from bfppc_synth.model.target import NOT_ASKED
 from bfppc_synth.report.code import code_entry
 from bfppc_synth.report.evidence import failures, inequality_entry, simulation_entry
 from bfppc_synth.report.nominal import feed_entry, nominal_entry
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from bfppc_synth.model.cost import StepCost
     from bfppc_synth.model.design import Design
     from bfppc_synth.model.shapes import Gain
+    from bfppc_synth.model.target import NotMeasured, TargetCost
     from bfppc_synth.model.trajectory import RunSummary, Trajectory
 
 FORMAT = "bfppc-synth/report/1"
@@ -43,6 +45,7 @@ def report_document(
     adversaries: tuple[RunSummary, ...],
     *,
     cost: StepCost | None = None,
+    target: TargetCost | NotMeasured = NOT_ASKED,
 ) -> dict[str, object]:
     """Lay out report.json: every number that the page and the README show.
 
@@ -56,6 +59,8 @@ def report_document(
         The seeded adversarial runs, possibly none.
     cost : StepCost, optional
         Operations of one step of the generated code, for its section.
+    target : TargetCost | NotMeasured
+        What was measured of that step on a processor, or why nothing was.
 
     Returns
     -------
@@ -113,7 +118,7 @@ def report_document(
         "assumptions": list(certificate.assumptions),
         "failures": list(failures(certificate)),
         "simulation": simulation_entry(design, nominal, adversaries),
-        **code_entry(design, cost),
+        **code_entry(design, cost, target),
         **arithmetic_entry(design),
         "tool": {"version": version("bfppc-synth"), "plant_sha256": spec.sha256},
     }
