@@ -3867,18 +3867,19 @@ def _derived(
     if (c_0 is not None) != (problem.method == "theorem1") or len(stages) != problem.free:
         raise MalformedError(f"design: not one of {problem.method} with {problem.free} free stages")
     p = _widths(problem, half_widths)
+    problem = _with_center(problem, "performance" if duration is None else "nominal")
+    if duration is not None:
+        _check_nominal(problem)
     if c_0 is not None and tight is None:
         tall = tuple(tall_of(g, f"gains[{i}]") for i, g in enumerate(_each(problem, gains)))
         return _Theorem1(problem, tall, p, Fraction(c_0)).obligations()
     shapes = _shapes(problem, gains)
-    problem = _with_center(problem, "performance" if duration is None else "nominal")
     if (tight is not None) != (problem.bounds == "tight"):
         raise MalformedError("design: tight belongs to bounds tight, and only there")
     claimed = None
     if tight is not None:
         claimed = Tight(tuple(map(Fraction, _each(problem, tight[0]))), Fraction(tight[1]))
     if duration is not None:
-        _check_nominal(problem)
         if not Fraction(1, 10**6) <= duration <= 10**6:
             raise MalformedError("design.T_s: from 1e-6 to 1e6 s")
         center = nominal_center(problem, Fraction(duration))
@@ -4688,7 +4689,10 @@ class _Chain:
         # The promise is made for the binary64 number nearest to the file's decimal.
         nearest = from_fraction(Fraction((asked[0] + asked[1]) / (2 * ONE)))
         comparison = Comparison((max(asked[0], nearest[1]),) * 2, self.p[0], ">=")
-        statement = "p_1 <= performance.accuracy"
+        # A file that names no center may be certified with either: what is promised says which.
+        statement = f"p_1 <= performance.accuracy, center {self.problem.center}"
+        if self.center.following is not None:
+            statement += f", T_s = {float(self.center.following.path.model.duration)!r}"
         if self.free:
             before = ", ".join(f"{float(stage.half_widths[0])!r}" for stage in self.free)
             statement += f" in the last stage; |e_1| <= {before} before it"
@@ -6106,6 +6110,16 @@ def _check_c_arithmetic(code: str, name: str, arithmetic: Arithmetic) -> None:
             allowed = end == suffix and (arithmetic.math == "libm" or word == "fabs")
             if not allowed and re.search(rf"\b{word}{end}\b", code):
                 raise MalformedError(f"{name}.c: {word}{end} is not what the certificate is about")
+    # What compilers have beside these: types of other widths, builtins, libraries of their own.
+    strange = set(re.findall(r"\b(?:_\w*|double_t|float_t)\b", code))
+    strange -= set(re.findall(r"\b_\w*", f"{_GUARDS} _Bool"))
+    called = {*_LIBM.split(), "copysign"} if arithmetic.math == "libm" else {"fabs"}
+    called = {word + suffix for word in called} | {"if", "return", "defined", "isfinite"}
+    for word in re.findall(r"\b([A-Za-z]\w*)\s*\(", code):
+        if word not in called and not word.startswith(f"{name}_"):
+            strange.add(word)
+    if strange:
+        raise MalformedError(f"{name}.c: {min(strange)} is not what the certificate is about")
 
     def binary64(literal: re.Match[str]) -> str:
         value = _literal(literal.group(), arithmetic, ".c")
