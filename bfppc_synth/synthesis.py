@@ -35,7 +35,6 @@ from bfppc_synth.synthesis_theorem1 import (
     restore_theorem1,
     synthesize_theorem1,
 )
-from bfppc_synth.synthesis_tight import restored_tight, synthesize_tight
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -91,6 +90,8 @@ def synthesize(
         own = Judge(problem).evaluate(found.shapes, found.half_widths, found.alternative)
         return _design(problem, signals, own or found, certificate)
     if spec.synthesis.bounds is BoundsKind.TIGHT:
+        from bfppc_synth.synthesis_tight import synthesize_tight
+
         tightened = synthesize_tight(problem, signals, MARGINS, progress)
         design = _design(tightened.problem, signals, tightened.evaluation, tightened.certificate)
         return replace(design, termwise=tightened.termwise)
@@ -139,6 +140,7 @@ def restore(folder: Path) -> Design:
         If the folder lacks plant.yaml or report.json.
     """
     from bfppc_synth.spec.load import load_spec
+    from bfppc_synth.synthesis_tight import restored_tight
 
     try:
         document: dict[str, Any] = json.loads((folder / "report.json").read_text(encoding="utf-8"))

@@ -5,9 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from bfppc_synth.codegen.limits import elapsed_limit, nearest
-from bfppc_synth.codegen.portable import require_portable
-from bfppc_synth.codegen.statements import StatementBuilder
 from bfppc_synth.errors import NoDesignError, UsageError
 from bfppc_synth.expressions.evaluate import evaluate
 from bfppc_synth.gains.methods.theorem3 import retimed
@@ -53,6 +50,8 @@ def require_arithmetic(spec: PlantSpec, arithmetic: Arithmetic) -> None:
             "--real float: bounds tight leave no room for the rounding of binary32\n"
             "  fix: use `bounds: termwise`, or --real double"
         )
+    from bfppc_synth.codegen.limits import elapsed_limit, nearest
+
     longest = elapsed_limit(nearest(spec.sampling.period), arithmetic)
     if spec.simulation.horizon >= longest:
         raise UsageError(
@@ -74,7 +73,9 @@ def require_functions(plant: Plant, model: NominalModel | None, arithmetic: Arit
         return
     # sympy is needed for expressions only, and is loaded by then.
     from bfppc_synth.codegen.nominal import nominal_center
+    from bfppc_synth.codegen.portable import require_portable
     from bfppc_synth.codegen.reference import compile_reference, statement_functions
+    from bfppc_synth.codegen.statements import StatementBuilder
 
     blocks: list[tuple[str, tuple[Statement, ...]]] = []
     if plant.reference is not None:

@@ -1,13 +1,13 @@
-"""A candidate before the checker: its certificate, its rounding; or in floats only."""
+"""A candidate before the checker: its certificate, its rounding; or in floats only.
+
+The checker is loaded when there is something to prove: a mistake in a file is answered before.
+"""
 
 from __future__ import annotations
 
 import json
 from typing import TYPE_CHECKING
 
-from bfppc_synth.certificate.entries import rounding_errors
-from bfppc_synth.certificate.period import proved_period
-from bfppc_synth.certificate.produce import judge, produce_certificate, tool_name
 from bfppc_synth.gains.methods.theorem3 import stage_demands
 from bfppc_synth.gains.period import largest_period
 from bfppc_synth.model.certificate import Certificate, Inequality, Verdict
@@ -24,6 +24,8 @@ def errors_of(
     problem: DesignProblem, shapes: tuple[Shape, ...], half_widths: tuple[float, ...]
 ) -> tuple[float, ...]:
     """Ask the checker what the law of a candidate loses by rounding; () where it cannot tell."""
+    from bfppc_synth.certificate.entries import rounding_errors
+
     return rounding_errors(
         _document(problem.plant.spec),
         shapes,
@@ -36,6 +38,8 @@ def errors_of(
 
 def proved(problem: DesignProblem, found: Evaluation) -> Certificate:
     """Write the certificate of a candidate and judge it."""
+    from bfppc_synth.certificate.produce import judge, produce_certificate, tool_name
+
     document = _document(problem.plant.spec)
     produced = produce_certificate(
         document,
@@ -59,6 +63,8 @@ def certified_period(problem: DesignProblem, found: Evaluation, certificate: Cer
     estimate = largest_period(problem, found.shapes, found.half_widths, found.tight)
     if certificate.verdict is not Verdict.CERTIFIED or estimate == 0.0:
         return estimate
+    from bfppc_synth.certificate.period import proved_period
+
     design = json.loads(certificate.document)["design"]
     own = spec.sampling.period.approximate
     return max(own, proved_period(_document(spec), design, max(own, estimate)))

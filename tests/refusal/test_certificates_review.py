@@ -201,7 +201,7 @@ C_FORGERIES = [
     (
         SOURCE,
         [
-            (f"/* {BEGIN} */", f"static void unused(void)\n{{\n/* {BEGIN} */"),
+            (f"/* {BEGIN} */", f"static void reviewed_unused(void)\n{{\n/* {BEGIN} */"),
             (f"/* {END} */", f"/* {END} */\n}}\nstatic const reviewed_real reviewed_p_1;"),
         ],
         "is not one constant of the file",
