@@ -157,17 +157,16 @@ def restore(folder: Path) -> Design:
         proof = read_proof(folder)
         tight, termwise = restored_tight(document)
         period = float(document["sampling"]["largest_certified_period"] or 0.0)
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        center, transition = document["center"], document["performance"].get("transition")
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise UsageError(
             f"{folder}: not a generated folder ({type(error).__name__}: {error}); fix: name a"
             " folder that bfppc-synth wrote"
         ) from error
     spec = load_spec(folder / "plant.yaml")
-    if document["center"] == CenterKind.PERFORMANCE:
+    if center == CenterKind.PERFORMANCE:
         spec = around_performance(spec)
-    problem, signals = prepare(
-        spec, transition=document["performance"].get("transition"), arithmetic=arithmetic
-    )
+    problem, signals = prepare(spec, transition=transition, arithmetic=arithmetic)
     problem = with_own_rounding(problem, shapes, widths)
     found = Judge(problem).best(shapes, widths, tight)
     if found is None or len(shapes) != spec.order:

@@ -8,11 +8,12 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from bfppc_synth.certificate import checker
+from bfppc_synth.certificate.produce import alternatives, holds
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from bfppc_synth.certificate.checker import Design, Obligation, Obligations
+    from bfppc_synth.certificate.checker import Design, Obligations
 
 # What is tried of an estimate made in binary64: the checker's bounds are a little wider.
 _SHARES = (1.0, 0.99, 0.97, 0.94, 0.9, 0.8, 0.6, 0.3)
@@ -59,12 +60,7 @@ def _holds(
         again = _at(plant_document, design, found, period)
     except checker.Refusal:
         return False
-    other = again.alternative
-    return all(
-        _is_proved(claim)
-        or (other is not None and claim.id == other.id.replace("'", "") and _is_proved(other))
-        for claim in again.claims
-    )
+    return all(map(holds, alternatives(again)))
 
 
 def _at(
@@ -81,10 +77,6 @@ def _at(
     sampling = document["plant"].setdefault("sampling", {})
     sampling["period"] = repr(period)
     return design.obligations(document)
-
-
-def _is_proved(obligation: Obligation) -> bool:
-    return all(comparison.verdict() == "proved" for comparison in obligation.comparisons)
 
 
 def _rounded_down(period: float) -> float:

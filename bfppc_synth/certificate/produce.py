@@ -88,7 +88,7 @@ def produce_certificate(
         # The checker names the reason when it meets it again.
         pass
     else:
-        claims = [_claim(obligation) for obligation in _alternatives(obligations)]
+        claims = [_claim(obligation) for obligation in alternatives(obligations)]
         enclosures = {
             key: checker.hex_pair(value) for key, value in sorted(obligations.enclosures.items())
         }
@@ -154,18 +154,19 @@ def thin_margins(certificate: Certificate) -> tuple[str, ...]:
     )
 
 
-def _alternatives(obligations: Obligations) -> list[Obligation]:
+def alternatives(obligations: Obligations) -> list[Obligation]:
     """Take U2' where it holds and U2 does not."""
     other = obligations.alternative
     if other is None:
         return list(obligations.claims)
     plain = next(claim for claim in obligations.claims if claim.id == other.id.replace("'", ""))
-    if not _holds(plain) and _holds(other):
+    if not holds(plain) and holds(other):
         return checker.expected_claims(obligations, [other.id])
     return list(obligations.claims)
 
 
-def _holds(obligation: Obligation) -> bool:
+def holds(obligation: Obligation) -> bool:
+    """Whether every comparison of a claim is proved by its enclosures."""
     return all(comparison.verdict() == "proved" for comparison in obligation.comparisons)
 
 
