@@ -37,7 +37,7 @@ import sys, time
 from pathlib import Path
 from bfppc_synth.gains.search import search
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis_prepare import prepare
+from bfppc_synth.synthesis.prepare import prepare
 import bfppc_synth.gains.solve
 problem, _ = prepare(load_spec(Path(sys.argv[1])))
 start = time.perf_counter()

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from bfppc_synth.errors import BfppcError
 from bfppc_synth.model.spec import Form, Method
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import synthesize
+from bfppc_synth.synthesis.synthesize import synthesize
 
 if TYPE_CHECKING:
     from bfppc_synth.model.design import Design

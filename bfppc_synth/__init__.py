@@ -22,7 +22,7 @@ if TYPE_CHECKING:
         UsageError,
     )
     from bfppc_synth.spec.load import load_spec
-    from bfppc_synth.synthesis import synthesize
+    from bfppc_synth.synthesis.synthesize import synthesize
 
 __all__ = [
     "BfppcError",

@@ -109,7 +109,7 @@ def run(path: Path, options: Options) -> Outcome:
         spec = replace(spec, simulation=replace(spec.simulation, seed=options.seed))
     folder = options.out or Path("generated") / spec.name
     may_write(folder, name=spec.name, overwrite=options.overwrite)
-    from bfppc_synth.synthesis import synthesize
+    from bfppc_synth.synthesis.synthesize import synthesize
 
     design = synthesize(spec, progress=options.progress, arithmetic=options.arithmetic)
     certified = design.certificate.verdict is Verdict.CERTIFIED
@@ -154,8 +154,8 @@ def simulate(
     UsageError
         If the folder is not one that this tool wrote.
     """
-    from bfppc_synth.synthesis import restore
-    from bfppc_synth.synthesis_arithmetic import require_arithmetic
+    from bfppc_synth.synthesis.arithmetic import require_arithmetic
+    from bfppc_synth.synthesis.synthesize import restore
 
     progress(f"reading {folder.as_posix()}")
     design = restore(folder)
@@ -220,7 +220,7 @@ def verify(folder: Path) -> Outcome:
 def _changed_code(folder: Path) -> list[str]:
     """Name each code file that is not what this version generates from the certified design."""
     from bfppc_synth.artifacts import generated_code
-    from bfppc_synth.synthesis import restore
+    from bfppc_synth.synthesis.synthesize import restore
 
     return [
         f"{name} is not what this version generates for these gains: it was edited, or another"

@@ -17,7 +17,7 @@ from bfppc_synth.model.spec import Form
 from bfppc_synth.simulation.loop import load_controller, simulate_nominal
 from bfppc_synth.simulation.staged import stage_widths
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import synthesize
+from bfppc_synth.synthesis.synthesize import synthesize
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

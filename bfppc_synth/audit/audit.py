@@ -18,7 +18,7 @@ from bfppc_synth.model.spec import BoundsKind, Form, Method
 from bfppc_synth.model.stages import Handover
 from bfppc_synth.simulation.loop import coverage
 from bfppc_synth.simulation.scheme import Coverage
-from bfppc_synth.synthesis import synthesize
+from bfppc_synth.synthesis.synthesize import synthesize
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

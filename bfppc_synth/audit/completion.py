@@ -15,9 +15,9 @@ from bfppc_synth.gains.theorem1.judge import lack
 from bfppc_synth.gains.theorem1.search import search_theorem1
 from bfppc_synth.model.shapes import Shape, Theorem1Gain
 from bfppc_synth.model.spec import Form, Method
-from bfppc_synth.synthesis import synthesize
-from bfppc_synth.synthesis_prepare import prepare
-from bfppc_synth.synthesis_theorem1 import prepare_theorem1
+from bfppc_synth.synthesis.prepare import prepare
+from bfppc_synth.synthesis.synthesize import synthesize
+from bfppc_synth.synthesis.theorem1 import prepare_theorem1
 
 if TYPE_CHECKING:
     from collections.abc import Callable

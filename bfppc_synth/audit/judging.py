@@ -16,9 +16,9 @@ from bfppc_synth.gains.tight_repair import Repair, Widening
 from bfppc_synth.model.certificate import Strictness
 from bfppc_synth.model.shapes import Shape, Theorem1Gain
 from bfppc_synth.model.spec import BoundsKind, Form, Method
-from bfppc_synth.synthesis_prepare import prepare
-from bfppc_synth.synthesis_theorem1 import prepare_theorem1
-from bfppc_synth.synthesis_tight import finder_of
+from bfppc_synth.synthesis.prepare import prepare
+from bfppc_synth.synthesis.theorem1 import prepare_theorem1
+from bfppc_synth.synthesis.tight import finder_of
 
 if TYPE_CHECKING:
     from bfppc_synth.audit.records import Candidate

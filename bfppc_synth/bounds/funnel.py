@@ -14,7 +14,7 @@ import sympy as sp
 
 from bfppc_synth.bounds.admission import refused, require_reference
 from bfppc_synth.bounds.latch import offset_range, resolutions
-from bfppc_synth.bounds.nominal_funnel import Room, transition_room
+from bfppc_synth.bounds.nominal.funnel import Room, transition_room
 from bfppc_synth.bounds.performance import rho_end, rho_expression
 from bfppc_synth.bounds.rounding import above
 from bfppc_synth.bounds.signal_range import range_from, range_on

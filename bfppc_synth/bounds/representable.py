@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from bfppc_synth.bounds.admission import refused
-from bfppc_synth.bounds.nominal_center import LARGEST
+from bfppc_synth.bounds.nominal.center import LARGEST
 from bfppc_synth.expressions.resolution import lower_bound, upper_bound
 
 if TYPE_CHECKING:

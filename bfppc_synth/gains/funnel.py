@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from bfppc_synth.bounds.funnel import keeps_funnel, longest_transition
-from bfppc_synth.bounds.nominal_funnel import transition_room
+from bfppc_synth.bounds.nominal.funnel import transition_room
 from bfppc_synth.errors import NoDesignError
 from bfppc_synth.expressions.evaluate import evaluate_float
 

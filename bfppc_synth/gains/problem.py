@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from bfppc_synth.bounds.nominal_residual import NominalResidual
+from bfppc_synth.bounds.nominal.residual import NominalResidual
 from bfppc_synth.bounds.residual import PerformanceResidual
 from bfppc_synth.majorants.targets import FloatArithmetic
 from bfppc_synth.model.arithmetic import DEFAULT
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from bfppc_synth.bounds.chain import Residual
     from bfppc_synth.bounds.feedback import Numbers
-    from bfppc_synth.bounds.nominal_center import NominalCenter
+    from bfppc_synth.bounds.nominal.center import NominalCenter
     from bfppc_synth.bounds.residual import Placement
     from bfppc_synth.gains.methods.demands import Theorem
     from bfppc_synth.gains.methods.theorem3 import Staging

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from bfppc_synth.bounds.feedback import feedback
 from bfppc_synth.bounds.numbers import FloatNumbers
-from bfppc_synth.bounds.tight_search import Effort
+from bfppc_synth.bounds.tight.search import Effort
 from bfppc_synth.gains.evaluation import Evaluation, Judge
 from bfppc_synth.gains.problem import Kind, Slot, assemble, is_free, patterns, slots
 from bfppc_synth.gains.search import alternatives, fixed_design, linearized
@@ -18,7 +18,7 @@ from bfppc_synth.model.shapes import Shape
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from bfppc_synth.bounds.tight_bounds import TightSearch
+    from bfppc_synth.bounds.tight.bounds import TightSearch
     from bfppc_synth.gains.problem import DesignProblem
     from bfppc_synth.gains.tight_points import Points
 

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from bfppc_synth.bounds.feedback import feedback, steepness
-from bfppc_synth.bounds.tight_residual import Center, Residual
+from bfppc_synth.bounds.tight.residual import Center, Residual
 from bfppc_synth.expressions.evaluate import FLOAT_FUNCTIONS, evaluate
 
 if TYPE_CHECKING:
     import sympy as sp
 
     from bfppc_synth.bounds.feedback import Numbers
-    from bfppc_synth.bounds.tight_bounds import Worst
+    from bfppc_synth.bounds.tight.bounds import Worst
     from bfppc_synth.expressions.evaluate import Functions
     from bfppc_synth.expressions.flatten import Relation
     from bfppc_synth.gains.problem import DesignProblem

@@ -23,8 +23,8 @@ from bfppc_synth.model.tight import Termwise, TightBounds
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from bfppc_synth.bounds.tight_bounds import Supremum, TightSearch
-    from bfppc_synth.bounds.tight_search import Effort
+    from bfppc_synth.bounds.tight.bounds import Supremum, TightSearch
+    from bfppc_synth.bounds.tight.search import Effort
     from bfppc_synth.gains.evaluation import Evaluation, Judge
 
 # Room of a claim above what was found, relative to F_i*: trees stay small where it is there.

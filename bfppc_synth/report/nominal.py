@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bfppc_synth.bounds.nominal_model import nominal_parameters
+from bfppc_synth.bounds.nominal.model import nominal_parameters
 from bfppc_synth.model.spec import ReferenceKind
 from bfppc_synth.report.numbers import constant, finite
 

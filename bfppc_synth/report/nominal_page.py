@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from bfppc_synth.bounds.nominal_model import sided_arguments
+from bfppc_synth.bounds.nominal.model import sided_arguments
 from bfppc_synth.report.formulas import (
     displayed,
     expression_latex,

@@ -17,7 +17,7 @@ from bfppc_synth.codegen.law import build_law
 from bfppc_synth.codegen.provenance import make_provenance
 from bfppc_synth.codegen.python import render_controller
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import synthesize
+from bfppc_synth.synthesis.synthesize import synthesize
 
 PLANT = (Path(__file__).parents[1] / "plants" / "switching.yaml").read_text(encoding="utf-8")
 CONTAINED = ("method: theorem3", "method: theorem3\n  handover: containment")

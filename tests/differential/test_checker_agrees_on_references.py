@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from bfppc_synth.bounds.nominal_signals import nominal_center
+from bfppc_synth.bounds.nominal.signals import nominal_center
 from bfppc_synth.certificate import checker
 from bfppc_synth.expressions.symbolic import build_plant
 from bfppc_synth.spec.canonical import plant_json
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import synthesize
+from bfppc_synth.synthesis.synthesize import synthesize
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -13,8 +13,8 @@ from bfppc_synth.gains.theorem1.judge import Theorem1Judge
 from bfppc_synth.model.shapes import Shape, Theorem1Gain
 from bfppc_synth.spec.canonical import plant_json
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis_prepare import prepare
-from bfppc_synth.synthesis_theorem1 import prepare_theorem1
+from bfppc_synth.synthesis.prepare import prepare
+from bfppc_synth.synthesis.theorem1 import prepare_theorem1
 
 if TYPE_CHECKING:
     from bfppc_synth.model.bounds import ChainBounds

@@ -17,8 +17,8 @@ from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.model.shapes import Shape
 from bfppc_synth.spec.canonical import plant_json
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import restore
-from bfppc_synth.synthesis_prepare import prepare
+from bfppc_synth.synthesis.prepare import prepare
+from bfppc_synth.synthesis.synthesize import restore
 
 ROOT = Path(__file__).resolve().parents[2]
 # The chain's suprema over time and over the tube are found to about 1e-9.

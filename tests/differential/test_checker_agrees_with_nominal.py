@@ -1,4 +1,4 @@
-"""The checker's center nominal against bounds/nominal_*.py on the plants of the tests."""
+"""The checker's center nominal against bounds/nominal/*.py on the plants of the tests."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bfppc_synth.gains.problem import Weights
 from bfppc_synth.model.shapes import Shape
 from bfppc_synth.spec.canonical import plant_json
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis_nominal import prepare_nominal
+from bfppc_synth.synthesis.nominal import prepare_nominal
 
 PLANTS = Path(__file__).parents[1] / "plants"
 # Half-widths that keep each plant where it is defined; the slopes keep A_i of their size.

@@ -21,7 +21,7 @@ from bfppc_synth.codegen.python import render_controller
 from bfppc_synth.errors import UsageError
 from bfppc_synth.model.arithmetic import Arithmetic, Mathematics, Real
 from bfppc_synth.model.law import Literal, Operator, Statement, Variable
-from bfppc_synth.synthesis import restore
+from bfppc_synth.synthesis.synthesize import restore
 
 if TYPE_CHECKING:
     from types import ModuleType

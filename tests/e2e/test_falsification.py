@@ -13,7 +13,7 @@ from bfppc_synth.codegen.provenance import make_provenance
 from bfppc_synth.codegen.python import render_controller
 from bfppc_synth.simulation.loop import coverage, load_controller, simulate_adversaries
 from bfppc_synth.simulation.scheme import Coverage
-from bfppc_synth.synthesis import restore
+from bfppc_synth.synthesis.synthesize import restore
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted(

@@ -18,7 +18,7 @@ import pytest
 import sympy as sp
 
 from bfppc_synth.cli import main
-from bfppc_synth.synthesis import restore
+from bfppc_synth.synthesis.synthesize import restore
 
 PLANTS = Path(__file__).parents[1] / "plants"
 EVERY = os.environ.get("BFPPC_TESTS") == "all"

@@ -13,7 +13,7 @@ from bfppc_synth.artifacts import package
 from bfppc_synth.codegen.measuring import COMPILER
 from bfppc_synth.codegen.package import Overwrite, write_folder
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import synthesize
+from bfppc_synth.synthesis.synthesize import synthesize
 
 PLANT = """\
 name: small_measured

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from bfppc_synth.cli import main
-from bfppc_synth.synthesis import restore
+from bfppc_synth.synthesis.synthesize import restore
 
 ROOT = Path(__file__).parents[2]
 EVERY = os.environ.get("BFPPC_TESTS") == "all"

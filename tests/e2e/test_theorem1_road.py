@@ -11,7 +11,7 @@ import pytest
 from bfppc_synth.cli import main
 from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import synthesize
+from bfppc_synth.synthesis.synthesize import synthesize
 
 EXAMPLE_1 = """
 name: example_1

@@ -12,7 +12,7 @@ import pytest
 from bfppc_synth.cli import main
 from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import synthesize
+from bfppc_synth.synthesis.synthesize import synthesize
 
 PLANT = (Path(__file__).parents[1] / "plants" / "switching.yaml").read_text(encoding="utf-8")
 START = "x1: 0.5, x2: 2}"

@@ -14,7 +14,7 @@ from bfppc_synth.gains.problem import Weights
 from bfppc_synth.gains.search import search
 from bfppc_synth.spec.build import DEFAULT_HORIZON
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis_nominal import prepare_nominal
+from bfppc_synth.synthesis.nominal import prepare_nominal
 
 ROOT = Path(__file__).parents[2]
 PLANTS = sorted((ROOT / "tests" / "plants").glob("nominal_*.yaml"))

@@ -11,7 +11,7 @@ from bfppc_synth.gains.search import search
 from bfppc_synth.gains.terms import explained, nominal_split
 from bfppc_synth.spec import availability
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis_nominal import prepare_nominal
+from bfppc_synth.synthesis.nominal import prepare_nominal
 
 PLANTS = Path(__file__).parents[1] / "plants"
 PEAK_INPUT = Weights(peak_input=1.0, slope=0.01)

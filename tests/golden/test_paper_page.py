@@ -19,7 +19,7 @@ from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.report.requirements import measurement_entry
 from bfppc_synth.simulation.loop import load_controller, simulate_adversaries, simulate_nominal
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import synthesize
+from bfppc_synth.synthesis.synthesize import synthesize
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "paper.md").read_text(encoding="utf-8")

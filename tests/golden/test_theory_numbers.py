@@ -9,8 +9,8 @@ from bfppc_synth.bounds.numbers import FloatNumbers
 from bfppc_synth.bounds.residual import float_residual
 from bfppc_synth.model.shapes import Shape
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import synthesize
-from bfppc_synth.synthesis_prepare import prepare
+from bfppc_synth.synthesis.prepare import prepare
+from bfppc_synth.synthesis.synthesize import synthesize
 
 EXAMPLE_1 = """
 name: one

@@ -16,7 +16,7 @@ import pytest
 import sympy as sp
 
 from bfppc_synth.bounds.funnel import require_funnel
-from bfppc_synth.bounds.nominal_funnel import transition_room
+from bfppc_synth.bounds.nominal.funnel import transition_room
 from bfppc_synth.certificate import checker
 from bfppc_synth.errors import PlantFileError
 from bfppc_synth.expressions.symbolic import build_plant

@@ -17,7 +17,7 @@ import mpmath
 import pytest
 import sympy as sp
 
-from bfppc_synth.bounds.nominal_model import nominal_model, smooth_part
+from bfppc_synth.bounds.nominal.model import nominal_model, smooth_part
 from bfppc_synth.certificate import checker
 from bfppc_synth.expressions.evaluate import FLOAT_FUNCTIONS, evaluate
 from bfppc_synth.expressions.nominal import center_series, start_series, transition_series

@@ -6,10 +6,10 @@ import random
 import pytest
 
 from bfppc_synth.bounds.latch import starts
-from bfppc_synth.bounds.nominal_model import nominal_model
+from bfppc_synth.bounds.nominal.model import nominal_model
 from bfppc_synth.bounds.signals import bound_signals, performance_center
-from bfppc_synth.bounds.tight_bounds import tight_search
-from bfppc_synth.bounds.tight_search import Effort
+from bfppc_synth.bounds.tight.bounds import tight_search
+from bfppc_synth.bounds.tight.search import Effort
 from bfppc_synth.expressions.evaluate import FLOAT_FUNCTIONS, evaluate, evaluate_float
 from bfppc_synth.expressions.nominal import center_series, start_series, transition_series
 from bfppc_synth.expressions.symbolic import build_plant

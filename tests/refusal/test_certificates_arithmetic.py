@@ -15,7 +15,7 @@ from bfppc_synth import pipeline
 from bfppc_synth.artifacts import generated_code
 from bfppc_synth.certificate import checker
 from bfppc_synth.model.arithmetic import DEFAULT, Arithmetic, Mathematics, Real
-from bfppc_synth.synthesis import restore
+from bfppc_synth.synthesis.synthesize import restore
 
 if TYPE_CHECKING:
     from collections.abc import Callable

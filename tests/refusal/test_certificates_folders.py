@@ -19,7 +19,7 @@ from bfppc_synth.codegen.provenance import make_provenance
 from bfppc_synth.codegen.python import render_controller
 from bfppc_synth.spec.canonical import plant_json
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import synthesize
+from bfppc_synth.synthesis.synthesize import synthesize
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

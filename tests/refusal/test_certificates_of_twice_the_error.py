@@ -13,7 +13,7 @@ from bfppc_synth.certificate import checker
 from bfppc_synth.certificate.produce import produce_certificate
 from bfppc_synth.spec.canonical import plant_json
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import synthesize
+from bfppc_synth.synthesis.synthesize import synthesize
 
 ROOT = Path(__file__).parents[2]
 PLANTS = {

@@ -19,7 +19,7 @@ from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.model.shapes import Theorem1Gain
 from bfppc_synth.spec.canonical import plant_json
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import synthesize
+from bfppc_synth.synthesis.synthesize import synthesize
 
 if TYPE_CHECKING:
     from collections.abc import Callable

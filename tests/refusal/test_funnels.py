@@ -14,8 +14,8 @@ from bfppc_synth.expressions.symbolic import build_plant
 from bfppc_synth.gains.funnel import longest_kept
 from bfppc_synth.spec.canonical import plant_json
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import synthesize
-from bfppc_synth.synthesis_prepare import prepare
+from bfppc_synth.synthesis.prepare import prepare
+from bfppc_synth.synthesis.synthesize import synthesize
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from bfppc_synth.errors import PlantFileError
 from bfppc_synth.expressions.names import ALIASES, FUNCTIONS, KEYWORDS
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import synthesize
-from bfppc_synth.synthesis_prepare import prepare
+from bfppc_synth.synthesis.prepare import prepare
+from bfppc_synth.synthesis.synthesize import synthesize
 
 if TYPE_CHECKING:
     from types import ModuleType

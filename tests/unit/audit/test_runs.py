@@ -12,7 +12,7 @@ from bfppc_synth.audit.records import Answer
 from bfppc_synth.audit.runs import Limits, bare, full_start, limits_of, run_from
 from bfppc_synth.errors import UsageError
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import synthesize
+from bfppc_synth.synthesis.synthesize import synthesize
 
 PLANT = """
 name: runs

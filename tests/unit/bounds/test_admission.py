@@ -6,8 +6,8 @@ from bfppc_synth.bounds.admission import misplaced_term
 from bfppc_synth.errors import EnvelopeError, PlantFileError
 from bfppc_synth.expressions.symbolic import build_plant
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import synthesize
-from bfppc_synth.synthesis_prepare import prepare
+from bfppc_synth.synthesis.prepare import prepare
+from bfppc_synth.synthesis.synthesize import synthesize
 
 TEXT = """name: plant
 states: [x1]

@@ -7,14 +7,14 @@ import pytest
 import sympy as sp
 
 from bfppc_synth.bounds.latch import starts
-from bfppc_synth.bounds.nominal_model import nominal_model
-from bfppc_synth.bounds.nominal_residual import (
+from bfppc_synth.bounds.nominal.model import nominal_model
+from bfppc_synth.bounds.nominal.residual import (
     DISTURBANCE,
     LEFT_OUT,
     MODEL_ERROR,
     NominalResidual,
 )
-from bfppc_synth.bounds.nominal_signals import nominal_center
+from bfppc_synth.bounds.nominal.signals import nominal_center
 from bfppc_synth.errors import EnvelopeError
 from bfppc_synth.expressions.evaluate import FLOAT_FUNCTIONS, evaluate
 from bfppc_synth.expressions.nominal import center_series, start_series, transition_series

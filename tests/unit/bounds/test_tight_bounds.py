@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bfppc_synth.bounds.nominal_model import nominal_model
+from bfppc_synth.bounds.nominal.model import nominal_model
 from bfppc_synth.bounds.signals import bound_signals, performance_center
-from bfppc_synth.bounds.tight_bounds import tight_search
-from bfppc_synth.bounds.tight_search import Effort
+from bfppc_synth.bounds.tight.bounds import tight_search
+from bfppc_synth.bounds.tight.search import Effort
 from bfppc_synth.expressions.symbolic import build_plant
 from bfppc_synth.model.shapes import Shape
 from bfppc_synth.spec.load import load_spec

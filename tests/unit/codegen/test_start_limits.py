@@ -9,7 +9,7 @@ import pytest
 
 from bfppc_synth.codegen.limits import screening_limits
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import synthesize
+from bfppc_synth.synthesis.synthesize import synthesize
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -6,7 +6,7 @@ import pytest
 
 from bfppc_synth.errors import NoDesignError
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import synthesize
+from bfppc_synth.synthesis.synthesize import synthesize
 
 TEXT = """name: plant
 states: [x1]

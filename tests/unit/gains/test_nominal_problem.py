@@ -9,8 +9,8 @@ from bfppc_synth.gains.search import search
 from bfppc_synth.gains.terms import explained, nominal_split, sources
 from bfppc_synth.spec import availability
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis_nominal import prepare_nominal
-from bfppc_synth.synthesis_prepare import prepare
+from bfppc_synth.synthesis.nominal import prepare_nominal
+from bfppc_synth.synthesis.prepare import prepare
 
 PEAK_INPUT = Weights(peak_input=1.0, slope=0.01)
 MARGIN = 2e-4

@@ -10,7 +10,7 @@ from bfppc_synth.gains.problem import Weights, assemble, patterns, slots
 from bfppc_synth.gains.search import _resumed, search
 from bfppc_synth.gains.transition import choose_transition
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis_nominal import prepare_nominal
+from bfppc_synth.synthesis.nominal import prepare_nominal
 
 PLANTS = Path(__file__).parents[2] / "plants"
 PEAK_INPUT = Weights(peak_input=1.0, slope=0.01)

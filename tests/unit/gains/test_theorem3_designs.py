@@ -15,8 +15,8 @@ from bfppc_synth.gains.search import search
 from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.model.shapes import Shape
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import synthesize
-from bfppc_synth.synthesis_prepare import prepare
+from bfppc_synth.synthesis.prepare import prepare
+from bfppc_synth.synthesis.synthesize import synthesize
 
 PLANT = (Path(__file__).parents[2] / "plants" / "switching.yaml").read_text(encoding="utf-8")
 START = "x1: 0.5, x2: 2}"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from bfppc_synth.bounds.tight_search import Effort
+from bfppc_synth.bounds.tight.search import Effort
 from bfppc_synth.errors import NoDesignError
 from bfppc_synth.gains.evaluation import Judge
 from bfppc_synth.gains.problem import Weights
@@ -17,8 +17,8 @@ from bfppc_synth.gains.tight import repaired, search_tight
 from bfppc_synth.gains.tight_repair import Widening
 from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import prepare, synthesize
-from bfppc_synth.synthesis_tight import finder_of
+from bfppc_synth.synthesis.synthesize import prepare, synthesize
+from bfppc_synth.synthesis.tight import finder_of
 
 ROOT = Path(__file__).parents[3]
 EVERY = os.environ.get("BFPPC_TESTS") == "all"

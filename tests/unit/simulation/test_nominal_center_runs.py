@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from bfppc_synth.bounds.nominal_model import nominal_model
+from bfppc_synth.bounds.nominal.model import nominal_model
 from bfppc_synth.codegen.law import build_law
 from bfppc_synth.codegen.provenance import make_provenance
 from bfppc_synth.codegen.python import render_controller

@@ -12,7 +12,7 @@ from bfppc_synth.report.tables import report_document, trajectory_csv
 from bfppc_synth.simulation.staged import Rollback, StagedTracking, stage_widths
 from bfppc_synth.simulation.tracking import Start
 from bfppc_synth.spec.load import load_spec
-from bfppc_synth.synthesis import synthesize
+from bfppc_synth.synthesis.synthesize import synthesize
 
 PLANT = (Path(__file__).parents[2] / "plants" / "switching.yaml").read_text(encoding="utf-8")
 SHORT = ("horizon: 10, period: 0.002", "horizon: 2, period: 0.002")

@@ -21,16 +21,16 @@ from bfppc_synth.model.certificate import Certificate, Verdict
 from bfppc_synth.model.design import Design
 from bfppc_synth.model.shapes import Shape
 from bfppc_synth.model.spec import BoundsKind, CenterKind, Form, Method
-from bfppc_synth.synthesis_arithmetic import read_arithmetic, require_arithmetic
-from bfppc_synth.synthesis_nominal import around_performance
-from bfppc_synth.synthesis_prepare import MARGINS, prepare, problem_of_theorem1
-from bfppc_synth.synthesis_proof import certified_period, judged_in_floats, proved
-from bfppc_synth.synthesis_rounding import (
+from bfppc_synth.synthesis.arithmetic import read_arithmetic, require_arithmetic
+from bfppc_synth.synthesis.nominal import around_performance
+from bfppc_synth.synthesis.prepare import MARGINS, prepare, problem_of_theorem1
+from bfppc_synth.synthesis.proof import certified_period, judged_in_floats, proved
+from bfppc_synth.synthesis.rounding import (
     found_with_room,
     rounded_evaluation,
     with_own_rounding,
 )
-from bfppc_synth.synthesis_theorem1 import (
+from bfppc_synth.synthesis.theorem1 import (
     read_proof,
     restore_theorem1,
     synthesize_theorem1,
@@ -90,7 +90,7 @@ def synthesize(
         own = Judge(problem).evaluate(found.shapes, found.half_widths, found.alternative)
         return _design(problem, signals, own or found, certificate)
     if spec.synthesis.bounds is BoundsKind.TIGHT:
-        from bfppc_synth.synthesis_tight import synthesize_tight
+        from bfppc_synth.synthesis.tight import synthesize_tight
 
         tightened = synthesize_tight(problem, signals, MARGINS, progress)
         design = _design(tightened.problem, signals, tightened.evaluation, tightened.certificate)
@@ -140,7 +140,7 @@ def restore(folder: Path) -> Design:
         If the folder lacks plant.yaml or report.json.
     """
     from bfppc_synth.spec.load import load_spec
-    from bfppc_synth.synthesis_tight import restored_tight
+    from bfppc_synth.synthesis.tight import restored_tight
 
     try:
         document: dict[str, Any] = json.loads((folder / "report.json").read_text(encoding="utf-8"))

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 import sympy as sp
 
 from bfppc_synth.bounds.derivative import derivative
-from bfppc_synth.bounds.nominal_following import AHEAD, known_part
+from bfppc_synth.bounds.nominal.following import AHEAD, known_part
 from bfppc_synth.majorants.derive import parameter_intervals
 from bfppc_synth.majorants.envelope import envelope, magnitude
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from bfppc_synth.bounds.nominal_center import NominalCenter
+    from bfppc_synth.bounds.nominal.center import NominalCenter
     from bfppc_synth.bounds.residual import Placement
     from bfppc_synth.majorants.arithmetic import Arithmetic
     from bfppc_synth.model.plant import Plant

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from bfppc_synth.bounds.interval_arrays import Array, Interval
-from bfppc_synth.bounds.tight_ranges import (
+from bfppc_synth.bounds.tight.ranges import (
     Chosen,
     either,
     folded,

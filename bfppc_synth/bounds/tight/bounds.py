@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bfppc_synth.bounds.interval_arrays import Interval
-from bfppc_synth.bounds.tight_center import CenterTable
-from bfppc_synth.bounds.tight_fields import Field, FieldFunctions
-from bfppc_synth.bounds.tight_law import FieldLaw
-from bfppc_synth.bounds.tight_residual import Center, Residual
-from bfppc_synth.bounds.tight_search import Effort, Extremum, maximize
-from bfppc_synth.bounds.tight_spans import nominal_spans, performance_spans
+from bfppc_synth.bounds.tight.center import CenterTable
+from bfppc_synth.bounds.tight.fields import Field, FieldFunctions
+from bfppc_synth.bounds.tight.law import FieldLaw
+from bfppc_synth.bounds.tight.residual import Center, Residual
+from bfppc_synth.bounds.tight.search import Effort, Extremum, maximize
+from bfppc_synth.bounds.tight.spans import nominal_spans, performance_spans
 
 if TYPE_CHECKING:
     import sympy as sp
 
-    from bfppc_synth.bounds.tight_center import Span
+    from bfppc_synth.bounds.tight.center import Span
     from bfppc_synth.model.bounds import CenterBounds, SignalBounds
     from bfppc_synth.model.nominal import NominalModel
     from bfppc_synth.model.plant import Plant

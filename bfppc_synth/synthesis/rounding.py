@@ -17,8 +17,8 @@ from bfppc_synth.gains.evaluation import Evaluation, Judge
 from bfppc_synth.gains.problem import DesignProblem, is_free
 from bfppc_synth.gains.search import search
 from bfppc_synth.model.certificate import Certificate, Verdict
-from bfppc_synth.synthesis_arithmetic import refusal, rounded_shape, with_rounding
-from bfppc_synth.synthesis_proof import errors_of, proved
+from bfppc_synth.synthesis.arithmetic import refusal, rounded_shape, with_rounding
+from bfppc_synth.synthesis.proof import errors_of, proved
 
 if TYPE_CHECKING:
     from bfppc_synth.model.shapes import Shape

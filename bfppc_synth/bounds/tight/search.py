@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bfppc_synth.bounds.tight_pool import Objective, Pool
+from bfppc_synth.bounds.tight.pool import Objective, Pool
 
 if TYPE_CHECKING:
     from bfppc_synth.bounds.interval_arrays import Array
-    from bfppc_synth.bounds.tight_center import CenterTable
+    from bfppc_synth.bounds.tight.center import CenterTable
 
 # What rounding may amount to, relative to the terms of a residual.
 _ROUNDING = 1e-9

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from bfppc_synth.bounds.funnel import require_signals
-from bfppc_synth.bounds.tight_bounds import tight_search
+from bfppc_synth.bounds.tight.bounds import tight_search
 from bfppc_synth.errors import EnvelopeError, Mistake, PlantFileError
 from bfppc_synth.gains.diagnose import no_design
 from bfppc_synth.gains.evaluation import Evaluation, Judge
@@ -18,12 +18,12 @@ from bfppc_synth.gains.tight import repaired, search_tight
 from bfppc_synth.gains.tight_repair import Candidate, Widening
 from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.model.tight import Termwise, TightBounds
-from bfppc_synth.synthesis_proof import proved
+from bfppc_synth.synthesis.proof import proved
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from bfppc_synth.bounds.tight_bounds import TightSearch
+    from bfppc_synth.bounds.tight.bounds import TightSearch
     from bfppc_synth.gains.problem import DesignProblem
     from bfppc_synth.model.bounds import SignalBounds
     from bfppc_synth.model.certificate import Certificate

@@ -11,12 +11,12 @@ import sympy as sp
 from bfppc_synth.bounds.dual_arrays import Dual, DualFunctions, constant
 from bfppc_synth.bounds.interval_arrays import Interval, IntervalFunctions, interval
 from bfppc_synth.bounds.latch import reference_expression, starts
-from bfppc_synth.bounds.nominal_cells import Cells, later_cells, transition_cells
-from bfppc_synth.bounds.nominal_cells import Span as Period
-from bfppc_synth.bounds.nominal_following import Follower
+from bfppc_synth.bounds.nominal.cells import Cells, later_cells, transition_cells
+from bfppc_synth.bounds.nominal.cells import Span as Period
+from bfppc_synth.bounds.nominal.following import Follower
 from bfppc_synth.bounds.performance import rho_end, rho_floor
 from bfppc_synth.bounds.rounding import above, below
-from bfppc_synth.bounds.tight_center import Span
+from bfppc_synth.bounds.tight.center import Span
 from bfppc_synth.errors import EnvelopeError
 from bfppc_synth.expressions.evaluate import evaluate
 from bfppc_synth.expressions.resolution import lower_bound, upper_bound

@@ -16,10 +16,10 @@ import sympy as sp
 from bfppc_synth.bounds.derivative import derivative
 from bfppc_synth.bounds.dual_arrays import Dual, constant, coordinate, mean_value
 from bfppc_synth.bounds.interval_arrays import Interval, IntervalFunctions
-from bfppc_synth.bounds.nominal_cells import CELLS, Cells, halved, later_cells, transition_cells
-from bfppc_synth.bounds.nominal_center import NominalCenter, overflow, require_sizes
-from bfppc_synth.bounds.nominal_following import Follower, known_part
-from bfppc_synth.bounds.nominal_model import (
+from bfppc_synth.bounds.nominal.cells import CELLS, Cells, halved, later_cells, transition_cells
+from bfppc_synth.bounds.nominal.center import NominalCenter, overflow, require_sizes
+from bfppc_synth.bounds.nominal.following import Follower, known_part
+from bfppc_synth.bounds.nominal.model import (
     nominal_model,
     nominal_parameters,
     sided_arguments,

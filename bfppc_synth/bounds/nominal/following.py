@@ -9,8 +9,8 @@ import sympy as sp
 from bfppc_synth.bounds.dual_arrays import Dual, DualFunctions, constant
 from bfppc_synth.bounds.interval_arrays import Interval, IntervalFunctions, interval
 from bfppc_synth.bounds.latch import reference_expression, resolutions, starts
-from bfppc_synth.bounds.nominal_cells import Span
-from bfppc_synth.bounds.nominal_model import smooth_part
+from bfppc_synth.bounds.nominal.cells import Span
+from bfppc_synth.bounds.nominal.model import smooth_part
 from bfppc_synth.bounds.rounding import above, below
 from bfppc_synth.expressions.evaluate import evaluate
 from bfppc_synth.expressions.nominal import center_series, start_series, transition_series
@@ -19,7 +19,7 @@ from bfppc_synth.expressions.taylor import TaylorFunctions
 from bfppc_synth.model.spec import ReferenceKind
 
 if TYPE_CHECKING:
-    from bfppc_synth.bounds.nominal_cells import Cells
+    from bfppc_synth.bounds.nominal.cells import Cells
     from bfppc_synth.expressions.series import Series
     from bfppc_synth.model.nominal import NominalModel
     from bfppc_synth.model.plant import Plant

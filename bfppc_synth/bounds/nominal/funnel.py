@@ -12,7 +12,7 @@ import sympy as sp
 from bfppc_synth.bounds.dual_arrays import Dual, DualFunctions, constant, coordinate
 from bfppc_synth.bounds.interval_arrays import Interval, IntervalFunctions, interval
 from bfppc_synth.bounds.latch import offset_range, reference_expression, starts
-from bfppc_synth.bounds.nominal_model import nominal_model
+from bfppc_synth.bounds.nominal.model import nominal_model
 from bfppc_synth.bounds.rounding import above, below
 from bfppc_synth.expressions.evaluate import evaluate
 from bfppc_synth.expressions.nominal import start_series, transition_series

@@ -22,7 +22,7 @@ from bfppc_synth.model.design import Design
 from bfppc_synth.model.shapes import Theorem1Gain
 from bfppc_synth.model.spec import Form
 from bfppc_synth.model.theorem1 import Theorem1Bounds
-from bfppc_synth.synthesis_arithmetic import require_functions
+from bfppc_synth.synthesis.arithmetic import require_functions
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

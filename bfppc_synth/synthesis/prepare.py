@@ -23,9 +23,9 @@ from bfppc_synth.gains.problem import DesignProblem, fixed_gains
 from bfppc_synth.majorants.derive import derive_majorants
 from bfppc_synth.model.arithmetic import DEFAULT
 from bfppc_synth.model.spec import CenterKind, Form, Method
-from bfppc_synth.synthesis_arithmetic import coded_transition, in_arithmetic, require_functions
-from bfppc_synth.synthesis_nominal import around_performance, nominal_if_any
-from bfppc_synth.synthesis_theorem1 import prepare_theorem1
+from bfppc_synth.synthesis.arithmetic import coded_transition, in_arithmetic, require_functions
+from bfppc_synth.synthesis.nominal import around_performance, nominal_if_any
+from bfppc_synth.synthesis.theorem1 import prepare_theorem1
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from bfppc_synth.bounds.admission import admit, misplaced_term
 from bfppc_synth.bounds.funnel import keeps_funnel, require_nominal_funnel
-from bfppc_synth.bounds.nominal_model import is_smooth, smooth_gain
-from bfppc_synth.bounds.nominal_signals import nominal_center
+from bfppc_synth.bounds.nominal.model import is_smooth, smooth_gain
+from bfppc_synth.bounds.nominal.signals import nominal_center
 from bfppc_synth.bounds.representable import require_representable
 from bfppc_synth.bounds.signals import bound_signals, conditions
 from bfppc_synth.errors import EnvelopeError, Mistake, PlantFileError, UsageError

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from bfppc_synth.bounds.interval_arrays import Array, Interval
-from bfppc_synth.bounds.tight_fields import Field
-from bfppc_synth.bounds.tight_ranges import product
-from bfppc_synth.bounds.tight_residual import Center
+from bfppc_synth.bounds.tight.fields import Field
+from bfppc_synth.bounds.tight.ranges import product
+from bfppc_synth.bounds.tight.residual import Center
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from bfppc_synth.bounds.tight_center import CenterTable
+    from bfppc_synth.bounds.tight.center import CenterTable
 
 _PASSES = 2
 _KEPT = 32

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bfppc_synth.bounds.interval_arrays import Array, Interval
-from bfppc_synth.bounds.tight_fields import Field
-from bfppc_synth.bounds.tight_ranges import product
+from bfppc_synth.bounds.tight.fields import Field
+from bfppc_synth.bounds.tight.ranges import product
 
 if TYPE_CHECKING:
     from bfppc_synth.model.shapes import Shape

@@ -1,0 +1,1 @@
+"""Bounds around center nominal (docs/theory.md section 8)."""

@@ -1,0 +1,1 @@
+"""Bounds by branch and bound over the tube (docs/theory.md section 9)."""

@@ -1,0 +1,1 @@
+"""From a plant file's records to a judged design."""
