@@ -1,0 +1,20 @@
+"""Command export: a folder for other tools."""
+
+from __future__ import annotations
+
+import typer
+
+from bfppc_synth.arguments import Folder, Json, Quiet, To
+from bfppc_synth.voice import Voice
+
+
+def export(folder: Folder, *, to: To, as_json: Json = False, quiet: Quiet = False) -> None:
+    """Write a certified folder's claims for other provers into DIR/interop."""
+    voice = Voice(as_json=as_json, quiet=quiet)
+
+    def work() -> int:
+        from bfppc_synth import pipeline
+
+        return voice.tell(pipeline.export(folder, to))
+
+    raise typer.Exit(voice.settle(work))
