@@ -83,5 +83,7 @@ def _dispatch(words: list[str]) -> int:
         if told is None:
             raise
         shown = " ".join(["bfppc-synth", *(word for word in words[:1] if word in COMMANDS)])
-        raise UsageError(f"{told()}; fix: see {shown} --help") from error
+        # The parser below typer puts the kind of its own exception before the sentence.
+        said = told().replace("Value error, ", "").rstrip(".")
+        raise UsageError(f"{said}; fix: see {shown} --help") from error
     return code if isinstance(code, int) else 0

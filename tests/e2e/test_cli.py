@@ -96,7 +96,7 @@ def test_a_number_type_or_library_that_there_is_not_is_refused(
 ) -> None:
     assert main([str(GOOD), *words]) == 2
     told = capsys.readouterr().err
-    assert words[1] in told
+    assert f"'{words[0]}': '{words[1]}' is not one of" in told
     assert "see bfppc-synth synth --help" in told
     assert main(["synth", "--help"]) == 0
     listed = capsys.readouterr().out
