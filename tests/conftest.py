@@ -18,6 +18,16 @@ settings.register_profile("all", deadline=None, derandomize=True, database=None,
 settings.load_profile("all" if os.environ.get("BFPPC_TESTS") == "all" else "sample")
 
 
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave the further cases of a claim to ``make test-all``."""
+    if os.environ.get("BFPPC_TESTS") == "all":
+        return
+    left = [item for item in items if item.get_closest_marker("full")]
+    if left:
+        config.hook.pytest_deselected(items=left)
+        items[:] = [item for item in items if not item.get_closest_marker("full")]
+
+
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Print the seconds of every lane: the first folder below tests."""
     seconds: defaultdict[str, float] = defaultdict(float)

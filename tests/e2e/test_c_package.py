@@ -34,6 +34,7 @@ COMMITTED = sorted(path.name for path in (ROOT / "generated").iterdir() if path.
 ALL = os.environ.get("BFPPC_TESTS") == "all"
 HANDMADE = ["chain_of_ten", "derivatives", *(["run_time"] if ALL else [])]
 ARITHMETICS = [Arithmetic(real=r, mathematics=m) for r, m in itertools.product(Real, Mathematics)]
+FURTHER = pytest.mark.full
 STRICT = (
     *("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wshadow"),
     *("-Wundef", "-Wfloat-conversion", "-Wcast-qual", "-Wvla", "-Werror", "-ffp-contract=off"),
@@ -208,7 +209,13 @@ def test_cmake_builds_and_ctest_passes(package):
     assert "100% tests passed" in passes(package, "ctest", "--test-dir", "build/cmake")
 
 
-@pytest.mark.parametrize("arithmetic", ARITHMETICS, ids=lambda a: f"{a.real}-{a.mathematics}")
+@pytest.mark.parametrize(
+    "arithmetic",
+    [
+        pytest.param(kind, id=f"{kind.real}-{kind.mathematics}", marks=marks)
+        for kind, marks in zip(ARITHMETICS, ([], FURTHER, FURTHER, []), strict=True)
+    ],
+)
 def test_every_arithmetic_is_tested_proved_and_measured(arithmetic, tmp_path):
     made = replace(handmade("handmade").everyday(), arithmetic=arithmetic)
     package = write(made, tmp_path)

@@ -33,7 +33,7 @@ def folders(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return made
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [pytest.param(NAMES[0], marks=pytest.mark.full), *NAMES[1:]])
 def test_coq_proves_all_claims_on_the_axioms_of_the_reals_alone(
     name: str, folders: dict[str, Path]
 ) -> None:

@@ -110,7 +110,9 @@ def test_an_example_generates_what_is_committed(plant: Path, tmp_path: Path) -> 
             assert close, path
 
 
-@pytest.mark.parametrize("name", ["paper_example_1", "paper_example_2"])
+@pytest.mark.parametrize(
+    "name", ["paper_example_1", pytest.param("paper_example_2", marks=pytest.mark.full)]
+)
 def test_the_bytes_do_not_depend_on_the_hash_seed(name: str, tmp_path: Path) -> None:
     contents = []
     for seed in ("1", "4242"):
