@@ -1,0 +1,131 @@
+"""One value of what an inverse objective seeks -> the best design there, in floats."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from bfppc_synth.errors import EnvelopeError, NoDesignError, PlantFileError
+from bfppc_synth.gains.evaluation import Evaluation, Judge
+from bfppc_synth.gains.problem import DesignProblem, is_free
+from bfppc_synth.gains.search import search
+from bfppc_synth.gains.theorem1.judge import Theorem1Judge
+from bfppc_synth.gains.theorem1.search import search_theorem1
+from bfppc_synth.gains.tight import search_tight
+from bfppc_synth.model.chosen import Chosen
+from bfppc_synth.model.spec import BoundsKind, Method
+from bfppc_synth.spec.resolve import resolved
+from bfppc_synth.synthesis.prepare import prepare, problem_of_theorem1
+from bfppc_synth.synthesis.tight import finder_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from bfppc_synth.model.arithmetic import Arithmetic
+    from bfppc_synth.model.bounds import SignalBounds
+    from bfppc_synth.model.spec import Objective, PlantSpec
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Probe:
+    """What the search reaches with one value; ``evaluation`` is where the next one may start."""
+
+    value: float
+    U: float
+    slope: float
+    cost: float
+    evaluation: Evaluation | None = None
+
+
+class Prober:
+    """Designs without the actuator limit, value by value, each from its nearest neighbour's.
+
+    ``failure`` is the first mistake that a value met; ``transition`` the T_s [s] that is taken,
+    None as long as it is chosen anew.
+    """
+
+    def __init__(
+        self,
+        spec: PlantSpec,
+        objective: Objective,
+        arithmetic: Arithmetic,
+        progress: Callable[[str], None],
+    ) -> None:
+        self.spec = spec
+        self.objective = objective
+        self.failure: PlantFileError | None = None
+        self.transition: float | None = None
+        self._arithmetic = arithmetic
+        self._progress = progress
+        self._known: dict[float, Probe | None] = {}
+
+    @property
+    def found(self) -> tuple[Probe, ...]:
+        """Every value that has a design so far."""
+        return tuple(probe for probe in self._known.values() if probe is not None)
+
+    @property
+    def is_tight(self) -> bool:
+        """Whether every design takes a search over the whole residual."""
+        return self.spec.synthesis.bounds is BoundsKind.TIGHT
+
+    def at(self, value: float) -> Probe | None:
+        """Return the design of a value, None where there is none."""
+        if value not in self._known:
+            self._progress(f"trying {self.objective} {value:.4g}")
+            try:
+                self._known[value] = self._searched(value)
+            except PlantFileError as error:
+                # What breaks down here may hold elsewhere: a smaller box, a finer step.
+                self.failure = self.failure or error
+                self._known[value] = None
+            except (EnvelopeError, NoDesignError):
+                self._known[value] = None
+        return self._known[value]
+
+    def forget(self) -> None:
+        """Drop what was found, to begin again with another T_s."""
+        self._known.clear()
+
+    def _searched(self, value: float) -> Probe | None:
+        spec = resolved(self.spec, Chosen(objective=self.objective, value=value))
+        if spec.synthesis.method is Method.THEOREM1:
+            return _of_theorem1(spec, value)
+        problem, signals = prepare(spec, transition=self.transition, arithmetic=self._arithmetic)
+        if self.transition is None and problem.nominal is not None:
+            self.transition = problem.nominal.model.transition
+        problem = replace(problem, limit=None)
+        found = self._best(problem, signals, value)
+        if found is None or not Judge(problem).accepts(found):
+            return None
+        return Probe(
+            value=value,
+            U=found.bounds.U,
+            slope=found.bounds.slope,
+            cost=found.cost,
+            evaluation=found,
+        )
+
+    def _best(
+        self, problem: DesignProblem, signals: SignalBounds, value: float
+    ) -> Evaluation | None:
+        near = min(self.found, key=lambda probe: abs(math.log(probe.value / value)), default=None)
+        known = None if near is None else near.evaluation
+        if not self.is_tight:
+            return search(problem, _silent, resume=known)
+        start = (known or search(problem, _silent)) if is_free(problem) else None
+        candidate = search_tight(problem, finder_of(problem, signals), start, _silent)
+        return None if candidate is None else candidate.evaluation
+
+
+def _of_theorem1(spec: PlantSpec, value: float) -> Probe | None:
+    problem = replace(problem_of_theorem1(spec), limit=None)
+    found = search_theorem1(problem, _silent)
+    if found is None or not Theorem1Judge(problem).accepts(found):
+        return None
+    return Probe(value=value, U=found.bounds.U, slope=found.bounds.slope, cost=found.cost)
+
+
+def _silent(message: str) -> None:
+    del message
