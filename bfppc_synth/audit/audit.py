@@ -18,6 +18,7 @@ from bfppc_synth.model.spec import BoundsKind, Form, Method
 from bfppc_synth.model.stages import Handover
 from bfppc_synth.simulation.loop import coverage
 from bfppc_synth.simulation.scheme import Coverage
+from bfppc_synth.spec.objective import sought
 from bfppc_synth.synthesis.synthesize import synthesize
 
 if TYPE_CHECKING:
@@ -94,6 +95,9 @@ def audit_plant(
     ----------
     docs/theory.md sections 2, 3, 7, 8 and 10.
     """
+    if sought(spec.synthesis) is not None:
+        # What is audited is a law for requirements that are all given.
+        spec = synthesize(spec, progress=progress).spec
     begin = [full_start(spec, given) for given in ({}, *starts)]
     progress("reading the gains")
     completion = complete(spec, progress)

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from bfppc_synth.model.arithmetic import Arithmetic
+    from bfppc_synth.model.chosen import Chosen
     from bfppc_synth.model.shapes import Gain
     from bfppc_synth.model.stages import Stage
     from bfppc_synth.model.tight import TightBounds
@@ -25,12 +26,13 @@ def design_document(
     transition: float | None,
     arithmetic: Arithmetic,
     tight: TightBounds | None = None,
+    chosen: Chosen | None = None,
 ) -> dict[str, Any]:
     """Write the numbers that the controller contains, and those that only the proof has.
 
     Parameters
     ----------
-    shapes, half_widths, c_0, stages, transition, arithmetic, tight
+    shapes, half_widths, c_0, stages, transition, arithmetic, tight, chosen
         As of ``certificate.produce.produce_certificate``.
 
     Returns
@@ -57,6 +59,9 @@ def design_document(
         design["T_s"] = float(transition).hex()
     if tight is not None:
         design["tight"] = {"load": _hex(tight.load), "rate": float(tight.rate).hex()}
+    if chosen is not None:
+        value = float(chosen.value).hex()
+        design["chosen"] = {"objective": str(chosen.objective), "value": value}
     if arithmetic != DEFAULT:
         # Absent means binary64 and the functions of the libm.
         design |= {"real": arithmetic.real.value, "math": arithmetic.mathematics.value}
@@ -71,12 +76,13 @@ def rounding_errors(
     stages: tuple[Stage, ...] = (),
     transition: float | None = None,
     arithmetic: Arithmetic = DEFAULT,
+    chosen: Chosen | None = None,
 ) -> tuple[float, ...]:
     """Ask the checker what the law loses by rounding.
 
     Parameters
     ----------
-    plant_document, shapes, half_widths, stages, transition, arithmetic
+    plant_document, shapes, half_widths, stages, transition, arithmetic, chosen
         As of ``produce_certificate``.
 
     Returns
@@ -85,7 +91,9 @@ def rounding_errors(
         Upper bounds on the rounding of each measured error, then of u [units of the states, of
         u]; the largest of all stages. Empty where the checker cannot bound it.
     """
-    design = design_document(shapes, half_widths, None, stages, transition, arithmetic)
+    design = design_document(
+        shapes, half_widths, None, stages, transition, arithmetic, chosen=chosen
+    )
     try:
         read = checker.read_design({**design, "U_MAX": (0.0).hex()})
         laws = read.obligations(plant_document).laws

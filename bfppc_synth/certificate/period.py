@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -76,6 +77,8 @@ def _at(
     document = copy.deepcopy(dict(plant_document))
     sampling = document["plant"].setdefault("sampling", {})
     sampling["period"] = repr(period)
+    if design.chosen is not None and design.chosen[0] == "period":
+        design = replace(design, chosen=("period", period))
     return design.obligations(document)
 
 

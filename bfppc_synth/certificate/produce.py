@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from bfppc_synth.certificate.checker import Obligation, Obligations
     from bfppc_synth.model.arithmetic import Arithmetic
+    from bfppc_synth.model.chosen import Chosen
     from bfppc_synth.model.shapes import Gain
     from bfppc_synth.model.stages import Stage
     from bfppc_synth.model.tight import TightBounds
@@ -42,6 +43,7 @@ def produce_certificate(
     transition: float | None = None,
     tight: TightBounds | None = None,
     arithmetic: Arithmetic = DEFAULT,
+    chosen: Chosen | None = None,
 ) -> dict[str, Any]:
     """Write the certificate of a design, proved or not.
 
@@ -65,6 +67,8 @@ def produce_certificate(
         Claimed loads and rate, where the plant file asks for bounds tight.
     arithmetic : Arithmetic
         What the controller computes with; all numbers are of its type.
+    chosen : Chosen, optional
+        What an inverse objective of the plant file has set.
 
     Returns
     -------
@@ -76,7 +80,9 @@ def produce_certificate(
     ----------
     docs/theory.md section 6.
     """
-    design = design_document(shapes, half_widths, c_0, stages, transition, arithmetic, tight)
+    design = design_document(
+        shapes, half_widths, c_0, stages, transition, arithmetic, tight, chosen
+    )
     claims: list[dict[str, Any]] = []
     enclosures: dict[str, list[str]] = {}
     peak, method = 0.0, "unified"

@@ -20,9 +20,14 @@ LEADING = {
 
 
 def weights_of(spec: PlantSpec) -> Weights:
-    """Return the exponents of U and of the slope of phi_n."""
-    objective = spec.synthesis.objective
-    if len(objective) == 1:
+    """Return the exponents of U and of the slope of phi_n.
+
+    An inverse objective alone weighs designs of one requirement as peak-input does.
+    """
+    objective = tuple(pair for pair in spec.synthesis.objective if pair[0] in LEADING)
+    if not objective:
+        return LEADING[Objective.PEAK_INPUT]
+    if len(objective) == 1 and len(spec.synthesis.objective) == 1:
         return LEADING[objective[0][0]]
     given = dict(objective)
     both = given.get(Objective.BALANCED, 0.0)

@@ -37,6 +37,7 @@ def search(
     progress: Callable[[str], None],
     *,
     resume: Evaluation | None = None,
+    starts: tuple[float, ...] = STARTS,
 ) -> Evaluation | None:
     """Find the best rounded candidate.
 
@@ -48,6 +49,8 @@ def search(
         Receives one sentence per solve.
     resume : Evaluation, optional
         What a similar problem found: the only start where it leads anywhere.
+    starts : tuple[float, ...]
+        Ratios of p_{i+1} to the load of step i, tried where that leads nowhere.
 
     Returns
     -------
@@ -68,7 +71,7 @@ def search(
     best: Evaluation | None = None
     for pattern in dict.fromkeys((first, second)):
         found = [
-            _solve(judge, pattern, alternative, progress, resume)
+            _solve(judge, pattern, alternative, progress, resume, starts)
             for alternative in alternatives(problem)
         ]
         for candidate in found:
@@ -101,6 +104,7 @@ def _solve(
     alternative: str,
     progress: Callable[[str], None],
     resume: Evaluation | None,
+    ratios: tuple[float, ...],
 ) -> Evaluation | None:
     problem = judge.problem
     free = slots(problem, pattern)
@@ -112,7 +116,10 @@ def _solve(
         best = _rounded(judge, solution, alternative)
         if best is not None:
             return best
-    starts = (*((ratio, 0.0) for ratio in STARTS), *((STARTS[0], pace) for pace in PACES))
+    starts = (
+        *((ratio, 0.0) for ratio in ratios),
+        *((r, pace) for r in ratios[:1] for pace in PACES),
+    )
     for number, (ratio, pace) in enumerate(starts, start=1):
         if pace > 0.0 and best is not None:
             break

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from bfppc_synth.model.stages import Handover, StageSpec
 
 if TYPE_CHECKING:
+    from bfppc_synth.model.chosen import Chosen
     from bfppc_synth.model.expression import Constant, Expression
     from bfppc_synth.model.theorem1 import Theorem1Spec
 
@@ -248,10 +249,9 @@ class SimulationSpec:
 class PlantSpec:
     """A whole plant file.
 
-    ``source`` is the file's text, ``sha256`` of its bytes; ``document`` is the file as
-    nested (key, value) tuples with every scalar as its source text, from which plant.json
-    is written; ``places`` maps a dotted path (``dynamics.x1.f``) to its value's place;
-    ``notes`` are sentences for stderr (keys accepted but not used).
+    ``source`` is the file's text, ``sha256`` of its bytes; ``document`` is the file as nested
+    (key, value) tuples of source texts; ``places`` maps a dotted path to its place; ``notes``
+    are for stderr. ``chosen`` is what an inverse objective has set, in the records only.
     """
 
     path: str
@@ -275,6 +275,7 @@ class PlantSpec:
     actuator: ActuatorSpec
     synthesis: SynthesisSpec
     simulation: SimulationSpec
+    chosen: Chosen | None = None
 
     @property
     def order(self) -> int:

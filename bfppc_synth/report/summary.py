@@ -48,6 +48,9 @@ def _design_lines(document: Mapping[str, Any]) -> list[str]:
         feedforward, tube = _number(parts["feedforward"]), _number(parts["tube"])
         duration = _number(parts["transition"])
         lines.append(f"  of it feedforward {feedforward}, tube {tube}; transition {duration} s")
+    if "chosen" in document:
+        chosen = document["chosen"]
+        lines.append(f"  {chosen['objective']} {_number(chosen['value'])}, chosen by the objective")
     columns = tuple(document["gains"][0])
     table = [["state", "p", *columns]]
     for state, width, gains in zip(

@@ -19,14 +19,7 @@ class Unavailable:
     word: str = ""
 
 
-UNAVAILABLE: Final = (
-    Unavailable(section="synthesis", key="objective", word="accuracy"),
-    Unavailable(section="synthesis", key="objective", word="period"),
-    Unavailable(section="synthesis", key="objective", word="resolution"),
-    Unavailable(section="synthesis.objective", key="accuracy"),
-    Unavailable(section="synthesis.objective", key="period"),
-    Unavailable(section="synthesis.objective", key="resolution"),
-)
+UNAVAILABLE: Final[tuple[Unavailable, ...]] = ()
 """What later versions bring: deleting a row here makes the reader read it."""
 
 

@@ -228,24 +228,35 @@ def build_synthesis(book: Notebook, states: tuple[str, ...]) -> SynthesisSpec:
 
 def build_simulation(book: Notebook, measurement: MeasurementSpec) -> SimulationSpec:
     """Collect the simulation; its defaults keep a run to some ten thousand steps."""
-    sampled = book.constant("sampling.period")
-    sample_period = sampled.approximate if sampled else 0.0
-    declared = book.constant("simulation.horizon")
+    sampled, declared, step = (
+        None if number is None else number.approximate
+        for number in map(
+            book.constant, ("sampling.period", "simulation.horizon", "simulation.period")
+        )
+    )
+    quantized = any(item.kind is not QuantizerKind.NONE for item in measurement.quantizers)
+    horizon, period = simulation_times(declared, step, sampled or 0.0, quantized)
+    return SimulationSpec(horizon=horizon, period=period, seed=book.integer("simulation.seed", 1))
+
+
+def simulation_times(
+    declared: float | None,
+    step: float | None,
+    sample_period: float,
+    quantized: bool,  # noqa: FBT001 (a fact of the file, not an option)
+) -> tuple[float, float]:
+    """Return horizon and step of a run [s] from what the file says of them (None: nothing)."""
     if declared:
-        horizon = declared.approximate
+        horizon = declared
     elif sample_period:
         longest = max(_SAMPLES_BY_DEFAULT * sample_period, _SHORTEST_BY_DEFAULT)
         # Microseconds between samples would otherwise take hours and all memory.
         horizon = min(DEFAULT_HORIZON, longest, _MOST_BY_DEFAULT * sample_period)
     else:
         horizon = DEFAULT_HORIZON
-    step = book.constant("simulation.period")
-    quantized = any(item.kind is not QuantizerKind.NONE for item in measurement.quantizers)
     if step:
-        period = step.approximate
-    elif sample_period:
-        period = sample_period
-    else:
-        # Without a sample period a quantized loop is sampled at this step: it is kept short.
-        period = horizon / (_SAMPLES_BY_DEFAULT if quantized else _STEPS_BY_DEFAULT)
-    return SimulationSpec(horizon=horizon, period=period, seed=book.integer("simulation.seed", 1))
+        return horizon, step
+    if sample_period:
+        return horizon, sample_period
+    # Without a sample period a quantized loop is sampled at this step: it is kept short.
+    return horizon, horizon / (_SAMPLES_BY_DEFAULT if quantized else _STEPS_BY_DEFAULT)

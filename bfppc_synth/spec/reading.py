@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from bfppc_synth.expressions.names import did_you_mean
 from bfppc_synth.expressions.resolution import lower_bound, upper_bound
-from bfppc_synth.model.spec import Interval
+from bfppc_synth.model.spec import Interval, Objective
 from bfppc_synth.spec import scalars
 from bfppc_synth.spec.availability import is_unavailable
 from bfppc_synth.spec.kinds import (
@@ -129,7 +129,17 @@ class Reader:
                 self._value(_join(path, field.key), entry.value, field.kind)
         for field in section.fields:
             if field.required and mapping.get(field.key) is None:
+                if field.key == Objective.ACCURACY and self._finds(Objective.ACCURACY):
+                    continue
                 self._missing(path, mapping, field)
+
+    def _finds(self, word: Objective) -> bool:
+        # The objective stands elsewhere in the file, and may come later.
+        synthesis = self._root.get("synthesis")
+        given = synthesis.get("objective") if isinstance(synthesis, Mapping) else None
+        if isinstance(given, Mapping):
+            return given.get(word) is not None
+        return isinstance(given, Scalar) and given.text == word
 
     def _method_refused(self) -> bool:
         # The keys of theorem1 and theorem3 need no second complaint beside their method's.

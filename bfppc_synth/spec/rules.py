@@ -18,6 +18,7 @@ from bfppc_synth.model.spec import (
 )
 from bfppc_synth.spec import build
 from bfppc_synth.spec.channels import check_channel, check_reference
+from bfppc_synth.spec.objective import check_objective, objective_notes, sought
 from bfppc_synth.spec.shapes import check_quantizer, check_rho
 from bfppc_synth.spec.staging import check_stages, unused_stages
 from bfppc_synth.spec.theorem1 import check_theorem1, unused_theorem1
@@ -45,6 +46,7 @@ def check_rules(book: Notebook, states: tuple[str, ...]) -> None:
         return
     synthesis = build.build_synthesis(book, states)
     _check_resolution(book, states, synthesis)
+    check_objective(book, states, synthesis)
     _check_synthesis(book, states, synthesis)
     _check_nominal(book, states, synthesis)
     check_stages(book, states, synthesis)
@@ -79,6 +81,9 @@ def _check_resolution(book: Notebook, states: tuple[str, ...], synthesis: Synthe
             continue
         quantizer = measurement.quantizers[index]
         delta = resolution(quantizer, measurement.noise[index])
+        if sought(synthesis) is Objective.RESOLUTION:
+            # The steps of the file are proportions then: only the noise is given.
+            delta = upper_bound(measurement.noise[index])
         # The paper's errors contain rho times the start's own error: twice the resolution.
         least = 2 * delta if exact else delta
         if upper_bound(width) > least:
@@ -120,18 +125,6 @@ def _check_synthesis(book: Notebook, states: tuple[str, ...], synthesis: Synthes
             first,
             f"p of {states[0]}, the first state, is performance.accuracy",
             "give it there, and remove it here",
-        )
-    if not book.is_mapping(f"{path}.objective"):
-        return
-    if book.has(f"{path}.objective.{Objective.BALANCED}"):
-        book.blame_path(
-            f"{path}.objective.{Objective.BALANCED}",
-            "balanced is itself a pair of weights",
-            "write peak-input: 1 and slope: 1",
-        )
-    elif not synthesis.objective:
-        book.blame_path(
-            f"{path}.objective", "no weight is above 0", "give peak-input or slope a weight"
         )
 
 
@@ -252,6 +245,7 @@ def unused_keys(book: Notebook, states: tuple[str, ...]) -> tuple[str, ...]:
             for path in paths
             if book.has(f"{path}.rate_bound")
         )
+    notes.extend(objective_notes(book, synthesis))
     notes.extend(unused_stages(book, synthesis))
     notes.extend(unused_theorem1(book, states, synthesis))
     reference = build.build_reference(book)

@@ -33,6 +33,7 @@ def errors_of(
         stages=() if problem.staging is None else problem.staging.stages,
         transition=None if problem.nominal is None else problem.nominal.model.transition,
         arithmetic=problem.arithmetic,
+        chosen=problem.plant.spec.chosen,
     )
 
 
@@ -50,6 +51,7 @@ def proved(problem: DesignProblem, found: Evaluation) -> Certificate:
         transition=None if problem.nominal is None else problem.nominal.model.transition,
         tight=found.tight,
         arithmetic=problem.arithmetic,
+        chosen=problem.plant.spec.chosen,
     )
     return judge(document, produced)
 

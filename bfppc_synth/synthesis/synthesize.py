@@ -21,6 +21,8 @@ from bfppc_synth.model.certificate import Certificate, Verdict
 from bfppc_synth.model.design import Design
 from bfppc_synth.model.shapes import Shape
 from bfppc_synth.model.spec import BoundsKind, CenterKind, Form, Method
+from bfppc_synth.spec.objective import sought
+from bfppc_synth.spec.resolve import read_chosen, resolved
 from bfppc_synth.synthesis.arithmetic import read_arithmetic, require_arithmetic
 from bfppc_synth.synthesis.nominal import around_performance
 from bfppc_synth.synthesis.prepare import MARGINS, prepare, problem_of_theorem1
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
 
     from bfppc_synth.model.arithmetic import Arithmetic
     from bfppc_synth.model.bounds import SignalBounds
+    from bfppc_synth.model.chosen import Chosen
     from bfppc_synth.model.spec import PlantSpec
 
 
@@ -80,10 +83,28 @@ def synthesize(
     UsageError
         The arithmetic is not one that the plant file's method or functions allow.
     """
+    objective = sought(spec.synthesis)
+    if objective is not None and spec.chosen is None:
+        from bfppc_synth.synthesis.inverse import solve_inverse
+
+        def solve(asked: PlantSpec, transition: float | None) -> Design:
+            return _synthesized(asked, progress, arithmetic, transition)
+
+        return solve_inverse(spec, objective, solve, progress, arithmetic)
+    return _synthesized(spec, progress, arithmetic, None)
+
+
+def _synthesized(
+    spec: PlantSpec,
+    progress: Callable[[str], None],
+    arithmetic: Arithmetic,
+    transition: float | None,
+) -> Design:
+    """Find gains for requirements that are all given; T_s too where it has been chosen."""
     require_arithmetic(spec, arithmetic)
     if spec.synthesis.method is Method.THEOREM1:
         return synthesize_theorem1(problem_of_theorem1(spec), MARGINS, progress, arithmetic)
-    problem, signals = prepare(spec, progress, arithmetic=arithmetic)
+    problem, signals = prepare(spec, progress, transition=transition, arithmetic=arithmetic)
     if arithmetic.single:
         found, certificate = found_with_room(problem, lambda room: _searched(room, progress))
         problem = with_own_rounding(problem, found.shapes, found.half_widths)
@@ -145,8 +166,9 @@ def restore(folder: Path) -> Design:
     try:
         document: dict[str, Any] = json.loads((folder / "report.json").read_text(encoding="utf-8"))
         arithmetic = read_arithmetic(document)
+        chosen = read_chosen(document)
         if document["method"] == Method.THEOREM1:
-            problem_1 = problem_of_theorem1(load_spec(folder / "plant.yaml"))
+            problem_1 = problem_of_theorem1(_as_chosen(load_spec(folder / "plant.yaml"), chosen))
             return replace(restore_theorem1(problem_1, document, folder), arithmetic=arithmetic)
         shapes = tuple(
             Shape(k=g["k"], M=g["M"], epsilon=g["epsilon"], c=g["c"], N=g["N"])
@@ -163,7 +185,7 @@ def restore(folder: Path) -> Design:
             f"{folder}: not a generated folder ({type(error).__name__}: {error}); fix: name a"
             " folder that bfppc-synth wrote"
         ) from error
-    spec = load_spec(folder / "plant.yaml")
+    spec = _as_chosen(load_spec(folder / "plant.yaml"), chosen)
     if center == CenterKind.PERFORMANCE:
         spec = around_performance(spec)
     problem, signals = prepare(spec, transition=transition, arithmetic=arithmetic)
@@ -174,6 +196,14 @@ def restore(folder: Path) -> Design:
     certificate = replace(judged_in_floats(problem, found), verdict=verdict, document=proof)
     design = _design(problem, signals, found, certificate, period)
     return replace(design, termwise=termwise)
+
+
+def _as_chosen(spec: PlantSpec, chosen: Chosen | None) -> PlantSpec:
+    if (None if chosen is None else chosen.objective) is not sought(spec.synthesis):
+        raise UsageError(
+            f"{spec.path}: report.json is about another objective\n  fix: run synth again"
+        )
+    return spec if chosen is None else resolved(spec, chosen)
 
 
 def _design(

@@ -114,6 +114,7 @@ def _proved(
         tool=tool_name(),
         c_0=found.c_0,
         arithmetic=arithmetic,
+        chosen=problem.plant.spec.chosen,
     )
     return judge(document, produced)
 

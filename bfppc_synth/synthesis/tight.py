@@ -31,6 +31,10 @@ if TYPE_CHECKING:
 # A claim that the checker leaves undecided grows by these factors, in turn.
 _WIDER = (1.002, 1.01, 1.05, math.inf)
 _ATTEMPTS = 8
+# Weights of the slope beside the peak input; the second buys up to 1 % of it for a steeper law.
+_SIDE, _SMALLER_SIDE, _STEEPER = 0.01, 1e-3, 1.01
+# What the limit keeps for the checker's wider enclosures.
+_LEFT = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,8 +88,11 @@ def synthesize_tight(
         found = search_tight(problem, finder, plain if free else None, progress)
         least = None
         if found is None and problem.limit is not None:
-            least = _unlimited(problem, finder, progress)
+            cheap = _unlimited(problem, finder, progress, _SIDE)
+            least = None if cheap is None else cheap.evaluation
             found = None if least is None else search_tight(problem, finder, least, progress)
+            if found is None and least is not None:
+                found = _squeezed(problem, finder, least, progress)
     except EnvelopeError as error:
         raise _not_enclosed(problem, error) from error
     if found is None:
@@ -125,12 +132,26 @@ def synthesize_tight(
 
 
 def _unlimited(
-    problem: DesignProblem, finder: TightSearch, progress: Callable[[str], None]
-) -> Evaluation | None:
+    problem: DesignProblem, finder: TightSearch, progress: Callable[[str], None], side: float
+) -> Candidate | None:
     """Search the least peak input without the limit: a start within it, or what to tell."""
-    free = replace(problem, limit=None, weights=Weights(peak_input=1.0, slope=0.01))
-    found = search_tight(free, finder, search(free, progress), progress)
-    return None if found is None else found.evaluation
+    free = replace(problem, limit=None, weights=Weights(peak_input=1.0, slope=side))
+    return search_tight(free, finder, search(free, progress), progress)
+
+
+def _squeezed(
+    problem: DesignProblem,
+    finder: TightSearch,
+    least: Evaluation,
+    progress: Callable[[str], None],
+) -> Candidate | None:
+    """Search a steeper law where the limit is hardly below the least peak input."""
+    limit = problem.limit
+    if limit is None or _STEEPER * limit < least.bounds.U:
+        return None
+    found = _unlimited(problem, finder, progress, _SMALLER_SIDE)
+    keeps = found is not None and limit >= found.evaluation.bounds.U * (1.0 + _LEFT)
+    return found if keeps else None
 
 
 def finder_of(problem: DesignProblem, signals: SignalBounds) -> TightSearch:
