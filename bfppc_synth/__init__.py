@@ -22,7 +22,7 @@ if TYPE_CHECKING:
         UsageError,
     )
     from bfppc_synth.spec.load import load_spec
-    from bfppc_synth.synthesis.synthesize import synthesize
+    from bfppc_synth.reasons.explain import synthesize
 
 __all__ = [
     "BfppcError",
@@ -44,7 +44,7 @@ _HOMES = {
     "UsageError": ("errors", "UsageError"),
     "load_spec": ("spec.load", "load_spec"),
     "simulate": ("artifacts", "simulate_trajectory"),
-    "synthesize": ("synthesis", "synthesize"),
+    "synthesize": ("reasons.explain", "synthesize"),
     "write": ("artifacts", "write"),
 }
 
