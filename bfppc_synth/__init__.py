@@ -21,8 +21,8 @@ if TYPE_CHECKING:
         PlantFileError,
         UsageError,
     )
-    from bfppc_synth.spec.load import load_spec
     from bfppc_synth.reasons.explain import synthesize
+    from bfppc_synth.spec.load import load_spec
 
 __all__ = [
     "BfppcError",

@@ -37,6 +37,8 @@ class Driver:
     def sentence(self) -> str:
         """Say it."""
         because = f" ({self.because})" if self.because else ""
+        if self.share > 1.0:
+            return f"{self.term} is {self.share:.3g} times {self.whole}{because}"
         return f"{self.term} takes {self.share:.0%} of {self.whole}{because}"
 
 
@@ -44,17 +46,16 @@ class Driver:
 class Diagnosis:
     """What is wrong, in a sentence; the inequalities that press, with shares; their terms.
 
-    ``least`` is the design of least peak input where only the limit is in the way, ``miss`` the
-    nearest miss else; ``log_factor`` is by which factor (its log) that misses, None if no
-    start kept the bounds finite.
+    ``least_input`` is the least peak input [unit of u] where only the limit is in the way;
+    ``log_factor`` by which factor (its log) the nearest gains miss, None if no start kept the
+    bounds finite.
     """
 
     headline: str
-    pressing: tuple[tuple[str, float], ...]
-    drivers: tuple[Driver, ...]
-    log_factor: float | None
-    least: Evaluation | None = None
-    miss: Miss | None = None
+    pressing: tuple[tuple[str, float], ...] = ()
+    drivers: tuple[Driver, ...] = ()
+    log_factor: float | None = None
+    least_input: float | None = None
 
     def sentence(self) -> str:
         """Say what is wrong and what drives it."""
@@ -69,9 +70,12 @@ class Diagnosis:
 
 
 class NoGainsError(NoDesignError):
-    """The search found nothing; what would suffice can still be looked for."""
+    """The search found nothing; what would suffice can still be looked for.
 
-    def __init__(self, problem: DesignProblem, diagnosis: Diagnosis) -> None:
+    ``problem`` is None with a method that has another one than DesignProblem.
+    """
+
+    def __init__(self, problem: DesignProblem | None, diagnosis: Diagnosis) -> None:
         self.problem = problem
         self.diagnosis = diagnosis
         super().__init__(diagnosis.sentence())
@@ -131,8 +135,7 @@ def diagnose(problem: DesignProblem, least: Evaluation | None = None) -> Diagnos
                 pressing=_pressing(problem, miss),
                 drivers=_drivers(problem, least, problem.order - 1),
                 log_factor=math.log(least.bounds.U / problem.limit),
-                least=least,
-                miss=miss,
+                least_input=least.bounds.U,
             )
         problem, miss = unlimited, nearest_miss(unlimited)
     if released(problem) != problem:
@@ -146,9 +149,6 @@ def diagnose(problem: DesignProblem, least: Evaluation | None = None) -> Diagnos
         return Diagnosis(
             headline=f"{start} wherever the search starts, a bound breaks down on the reachable"
             " box (a pole, another domain error, no positive g_m, or an overflow)",
-            pressing=(),
-            drivers=(),
-            log_factor=None,
         )
     pressing = _pressing(problem, miss)
     worst = pressing[0][0] if pressing else "an inequality"
@@ -163,7 +163,6 @@ def diagnose(problem: DesignProblem, least: Evaluation | None = None) -> Diagnos
         pressing=pressing,
         drivers=drivers,
         log_factor=miss.log_factor,
-        miss=miss,
     )
 
 

@@ -65,9 +65,7 @@ def nearest_miss(problem: DesignProblem, near: Miss | None = None) -> Miss | Non
     if not free:
         return None
     judge = Judge(problem)
-    found = [
-        _missed(judge, free, alternative, near) for alternative in alternatives(problem)
-    ]
+    found = [_missed(judge, free, alternative, near) for alternative in alternatives(problem)]
     return min(
         (miss for miss in found if miss is not None),
         key=lambda miss: miss.log_factor,

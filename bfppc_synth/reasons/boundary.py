@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from bfppc_synth.reasons.requirements import Requirement
+    from bfppc_synth.reasons.requirement import Requirement
 
 # The bracket's ratio at which it is narrow enough, and the evaluations that this may take.
 _NARROW = math.log(1.015)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from bfppc_synth.errors import NoDesignError
 from bfppc_synth.gains.diagnose import NoGainsError
 from bfppc_synth.model.arithmetic import DEFAULT
-from bfppc_synth.model.spec import Form
+from bfppc_synth.model.spec import CenterKind, Form, Method
 from bfppc_synth.reasons.question import Patience, Question
 from bfppc_synth.reasons.requirements import requirements_of
 from bfppc_synth.reasons.suggestions import (
     limit_suggestion,
+    other_way,
     released_suggestion,
     suggestion,
     together,
@@ -23,6 +23,7 @@ from bfppc_synth.synthesis import synthesize as synthesis
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from bfppc_synth.errors import NoDesignError
     from bfppc_synth.model.arithmetic import Arithmetic
     from bfppc_synth.model.design import Design
     from bfppc_synth.model.spec import PlantSpec
@@ -92,9 +93,9 @@ def explained(
     found: dict[str, Suggestion] = {}
     useless: list[str] = []
     untried: list[str] = []
-    if diagnosis.least is not None:
+    if diagnosis.least_input is not None:
         progress("trying actuator.limit alone")
-        raised = limit_suggestion(question, diagnosis.least.bounds.U)
+        raised = limit_suggestion(question, diagnosis.least_input)
         if raised is not None:
             found[raised.path] = raised
     elif spec.actuator.limit is not None:
@@ -120,6 +121,13 @@ def explained(
         change = released_suggestion(question, path, value)
         if change is not None:
             found[path] = change
+    for path, word, known in other_ways(spec):
+        if question.patience.is_over:
+            break
+        progress(f"trying {path} {word}")
+        change = other_way(question, path, known, word)
+        if change is not None:
+            found[path] = change
     common = None
     if not found and not question.patience.is_over:
         common = together(question, requirements, given, progress)
@@ -131,6 +139,15 @@ def explained(
         common=common,
     )
     return refusal(answer)
+
+
+def other_ways(spec: PlantSpec) -> Iterator[tuple[str, str, str]]:
+    """Name a method and a center that need less input: path, word, and what the file has."""
+    method, center = spec.synthesis.method, spec.synthesis.center
+    if method in (Method.THEOREM1, Method.THEOREM2):
+        yield "synthesis.method", Method.UNIFIED.value, method.value
+    elif method is Method.UNIFIED and center is CenterKind.PERFORMANCE:
+        yield "synthesis.center", CenterKind.NOMINAL.value, center.value
 
 
 def fixed(spec: PlantSpec) -> Iterator[tuple[str, float]]:

@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING
 from bfppc_synth.errors import BfppcError, EnvelopeError
 from bfppc_synth.expressions.evaluate import evaluate_float
 from bfppc_synth.gains.elastic import factor, nearest_miss
+from bfppc_synth.gains.theorem1.search import search_theorem1
 from bfppc_synth.model.certificate import Verdict
+from bfppc_synth.model.spec import BoundsKind, Method
 from bfppc_synth.spec.changing import changed
-from bfppc_synth.synthesis.prepare import prepare
+from bfppc_synth.synthesis.prepare import prepare, problem_of_theorem1
 from bfppc_synth.synthesis.synthesize import synthesize
 
 if TYPE_CHECKING:
@@ -53,7 +55,7 @@ class Question:
     def __init__(
         self,
         spec: PlantSpec,
-        problem: DesignProblem,
+        problem: DesignProblem | None,
         arithmetic: Arithmetic,
         patience: Patience,
     ) -> None:
@@ -67,13 +69,18 @@ class Question:
     @property
     def start(self) -> float:
         """y_d(0), where the error of the first state starts from 0; 0 where it is not known."""
-        plant = self.problem.plant
-        if plant.reference is None:
+        plant = None if self.problem is None else self.problem.plant
+        if plant is None or plant.reference is None:
             return 0.0
         try:
             return evaluate_float(plant.reference, {plant.time: 0.0})
         except EnvelopeError:
             return 0.0
+
+    @property
+    def is_tight(self) -> bool:
+        """Whether a design may do with less than the estimates of ``miss`` say."""
+        return self.spec.synthesis.bounds is BoundsKind.TIGHT
 
     def miss(self, edits: tuple[Edit, ...]) -> float:
         """Return by which factor (its log) the nearest design of the edited file misses.
@@ -87,7 +94,11 @@ class Question:
 
     def _missed(self, edits: tuple[Edit, ...]) -> float:
         try:
-            problem = self._posed(changed(self.spec, edits))
+            spec = changed(self.spec, edits)
+            if spec.synthesis.method is Method.THEOREM1:
+                found_1 = search_theorem1(problem_of_theorem1(spec), _silent)
+                return math.inf if found_1 is None else 0.0
+            problem = self._posed(spec)
         except (BfppcError, OverflowError):
             return math.inf
         found = nearest_miss(problem, self._near)
@@ -98,8 +109,9 @@ class Question:
     def _posed(self, spec: PlantSpec) -> DesignProblem:
         """Build the edited problem; a T_s that the file leaves open stays as it was chosen."""
         transition = None
-        if self.problem.nominal is not None and spec.performance.transition is None:
-            transition = self.problem.nominal.model.transition
+        base = self.problem
+        if base is not None and base.nominal is not None and spec.performance.transition is None:
+            transition = base.nominal.model.transition
         return prepare(spec, transition=transition, arithmetic=self._arithmetic)[0]
 
     def certified(
@@ -113,4 +125,3 @@ class Question:
         except (BfppcError, OverflowError):
             return None
         return design if design.certificate.verdict is Verdict.CERTIFIED else None
-

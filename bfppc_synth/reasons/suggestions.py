@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from bfppc_synth.reasons.boundary import least_relaxation
-from bfppc_synth.reasons.requirements import Requirement, number, relative_change
+from bfppc_synth.reasons.requirement import Requirement, number, relative_change
 from bfppc_synth.spec.changing import Edit
 
 if TYPE_CHECKING:
@@ -33,11 +33,12 @@ class Suggestion:
     edits: tuple[Edit, ...]
     factor: float
     U: float
+    weight: float = 1.0
 
     @property
     def cost(self) -> float:
-        """How much is changed: the log of the factor, the same for a half and for twice."""
-        return relative_change(self.factor)
+        """How much is changed: the log of the factor times what such a change is worth."""
+        return relative_change(self.factor) * self.weight
 
     @property
     def written(self) -> str:
@@ -61,14 +62,12 @@ class Suggestion:
             "given": self.given,
             "suffices": self.suffices,
             "edits": {edit.path: edit.text for edit in self.edits},
-            "log_factor": self.cost if self.cost < math.inf else None,
+            "factor": self.factor if self.factor < math.inf else None,
             "U": self.U,
         }
 
 
-def suggestion(
-    question: Question, requirement: Requirement, given: float
-) -> Suggestion | None:
+def suggestion(question: Question, requirement: Requirement, given: float) -> Suggestion | None:
     """Relax one requirement as little as a certified design allows.
 
     Parameters
@@ -90,14 +89,31 @@ def suggestion(
         return question.miss(requirement.change(factor))
 
     factor = least_relaxation(requirement, miss, given)
-    if factor is None:
-        return None
-    return settled(question, requirement, factor)
+    found = None if factor is None else settled(question, requirement, factor)
+    if question.is_tight:
+        return _tightened(question, requirement, found)
+    return found
 
 
-def settled(
-    question: Question, requirement: Requirement, factor: float
+def _tightened(
+    question: Question, requirement: Requirement, found: Suggestion | None
 ) -> Suggestion | None:
+    """Ask for less than termwise bounds need, as a whole synthesis tells; each takes seconds."""
+    factors: tuple[float, ...] = requirement.factors[:2]
+    if found is not None:
+        if not 0.0 < found.factor < math.inf:
+            return found
+        factors = tuple(found.factor**power for power in (0.25, 0.5, 0.75))
+    for factor in factors:
+        if question.patience.is_over:
+            break
+        nearer = _certified_at(question, requirement, factor)
+        if nearer is not None:
+            return nearer
+    return found
+
+
+def settled(question: Question, requirement: Requirement, factor: float) -> Suggestion | None:
     """Certify a relaxation, or one a little further."""
     tried: set[tuple[Edit, ...]] = set()
     for further in _FURTHER:
@@ -106,18 +122,36 @@ def settled(
         if edits in tried:
             continue
         tried.add(edits)
-        design = question.certified(edits)
-        if design is not None:
-            return Suggestion(
-                path=requirement.path,
-                given=requirement.given,
-                edits=edits,
-                factor=at,
-                U=design.bounds.U,
-            )
+        found = _certified_at(question, requirement, at)
+        if found is not None:
+            return found
         if question.patience.is_over:
             break
     return None
+
+
+def _certified_at(question: Question, requirement: Requirement, factor: float) -> Suggestion | None:
+    edits = requirement.change(factor)
+    design = question.certified(edits)
+    if design is None:
+        return None
+    return Suggestion(
+        path=requirement.path,
+        given=requirement.given,
+        edits=edits,
+        factor=factor,
+        U=design.bounds.U,
+        weight=requirement.weight,
+    )
+
+
+def other_way(question: Question, path: str, given: str, word: str) -> Suggestion | None:
+    """Take another method, center or kind of bounds."""
+    edits = (Edit(path=path, text=word),)
+    design = question.certified(edits)
+    if design is None:
+        return None
+    return Suggestion(path=path, given=given, edits=edits, factor=math.inf, U=design.bounds.U)
 
 
 def limit_suggestion(question: Question, least: float) -> Suggestion | None:
@@ -157,9 +191,7 @@ def released_suggestion(question: Question, path: str, given: float) -> Suggesti
     )
 
 
-def _nearest_value(
-    question: Question, path: str, given: float, value: float
-) -> Suggestion | None:
+def _nearest_value(question: Question, path: str, given: float, value: float) -> Suggestion | None:
     ratio = value / given
     side = 1 if ratio > 1.0 else -1
 

@@ -35,7 +35,7 @@ def refusal(answer: Answer) -> NoDesignError:
         named = " | ".join(f"{way.written} (U = {way.U:.4g})" for way in ways)
         lines.append(f"  would suffice (any one, certified): {named}")
     if answer.useless:
-        lines.append("  no help alone: " + ", ".join(f"no {path} helps" for path in answer.useless))
+        lines.append(f"  no value helps alone: {', '.join(answer.useless)}")
     if answer.untried:
         lines.append(f"  not tried, for lack of time: {', '.join(answer.untried)}")
     if ways:
@@ -60,7 +60,7 @@ def _instead(way: Suggestion) -> str:
 def _details(answer: Answer) -> dict[str, object]:
     diagnosis = answer.diagnosis
     requirement = answer.suggestions[0].path if answer.suggestions else None
-    if diagnosis.least is not None:
+    if diagnosis.least_input is not None:
         requirement = "actuator.limit"
     inequality = diagnosis.pressing[0][0] if diagnosis.pressing else None
     return {

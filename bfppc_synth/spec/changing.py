@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from bfppc_synth.errors import PlantFileError
 from bfppc_synth.spec.document import Document
 from bfppc_synth.spec.events import build_tree
 from bfppc_synth.spec.load import spec_of
@@ -47,25 +47,19 @@ def changed(spec: PlantSpec, edits: Iterable[Edit]) -> PlantSpec:
     PlantFileError
         If the edited file has mistakes.
     """
-    root, _ = build_tree(spec.path, spec.source)
+    root = _root(spec.path, spec.source)
     for edit in edits:
         value = None if edit.text is None else _fragment(spec.path, edit.text)
-        changed_root = _with(root, tuple(edit.path.split(".")), value, spec.states)
-        if not isinstance(changed_root, Mapping):
-            raise LookupError(edit.path)
-        root = changed_root
+        whole = _with(root, tuple(edit.path.split(".")), value, spec.states)
+        root = whole if isinstance(whole, Mapping) else replace(root, entries=())
     return spec_of(
         Document(path=spec.path, source=spec.source, sha256=spec.sha256, root=root, mistakes=())
     )
 
 
-def is_readable(spec: PlantSpec, edits: Iterable[Edit]) -> bool:
-    """Whether the edited file has no mistake."""
-    try:
-        changed(spec, edits)
-    except PlantFileError:
-        return False
-    return True
+@lru_cache(maxsize=4)
+def _root(path: str, source: str) -> Mapping:
+    return build_tree(path, source)[0]
 
 
 def _fragment(path: str, text: str) -> Tree:
@@ -94,6 +88,9 @@ def _with(
     inner = _with(None if known is None else entries[known].value, rest, value, states)
     if known is not None:
         entries[known : known + 1] = [] if inner is None else [replace(entries[known], value=inner)]
+        if not entries:
+            # What was taken back was all that the section said.
+            return None
     elif inner is not None:
         entries.append(Entry(key=_key(key, inner), value=inner))
     if isinstance(tree, Mapping):
