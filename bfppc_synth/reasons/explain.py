@@ -18,6 +18,7 @@ from bfppc_synth.reasons.suggestions import (
     together,
 )
 from bfppc_synth.reasons.words import Answer, refusal
+from bfppc_synth.spec.changing import Edit
 from bfppc_synth.synthesis import synthesize as synthesis
 
 if TYPE_CHECKING:
@@ -29,8 +30,10 @@ if TYPE_CHECKING:
     from bfppc_synth.model.spec import PlantSpec
     from bfppc_synth.reasons.suggestions import Suggestion
 
+# Lengths of a transition [s] that are tried where a plant file has none.
+_LENGTHS = ("1", "3", "0.3")
 # How long a user waits for an answer that is not a design [s]; what is left is said.
-_PATIENCE = 60.0
+_PATIENCE = 45.0
 
 
 def _silent(message: str) -> None:
@@ -121,13 +124,12 @@ def explained(
         change = released_suggestion(question, path, value)
         if change is not None:
             found[path] = change
-    for path, word, known in other_ways(spec):
-        if question.patience.is_over:
-            break
-        progress(f"trying {path} {word}")
-        change = other_way(question, path, known, word)
+    known, ways = other_ways(spec)
+    if ways:
+        progress(f"trying {ways[0][0].path} {ways[0][0].text}")
+        change = other_way(question, known, ways)
         if change is not None:
-            found[path] = change
+            found[change.path] = change
     common = None
     if not found and not question.patience.is_over:
         common = together(question, requirements, given, progress)
@@ -141,13 +143,21 @@ def explained(
     return refusal(answer)
 
 
-def other_ways(spec: PlantSpec) -> Iterator[tuple[str, str, str]]:
-    """Name a method and a center that need less input: path, word, and what the file has."""
+def other_ways(spec: PlantSpec) -> tuple[str, tuple[tuple[Edit, ...], ...]]:
+    """Name a method or center that needs less input, and how to ask for it."""
     method, center = spec.synthesis.method, spec.synthesis.center
     if method in (Method.THEOREM1, Method.THEOREM2):
-        yield "synthesis.method", Method.UNIFIED.value, method.value
-    elif method is Method.UNIFIED and center is CenterKind.PERFORMANCE:
-        yield "synthesis.center", CenterKind.NOMINAL.value, center.value
+        return method.value, ((Edit(path="synthesis.method", text=Method.UNIFIED.value),),)
+    if method is not Method.UNIFIED or center is not CenterKind.PERFORMANCE:
+        return "", ()
+    nominal = Edit(path="synthesis.center", text=CenterKind.NOMINAL.value)
+    key = "performance.transition"
+    lengths = (None,) if spec.gives(key) else _LENGTHS
+    ways = tuple(
+        (nominal,) if length is None else (nominal, Edit(path=key, text=length))
+        for length in lengths
+    )
+    return center.value, ways
 
 
 def fixed(spec: PlantSpec) -> Iterator[tuple[str, float]]:

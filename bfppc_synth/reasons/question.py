@@ -12,7 +12,7 @@ from bfppc_synth.expressions.evaluate import evaluate_float
 from bfppc_synth.gains.elastic import factor, nearest_miss
 from bfppc_synth.gains.theorem1.search import search_theorem1
 from bfppc_synth.model.certificate import Verdict
-from bfppc_synth.model.spec import BoundsKind, Method
+from bfppc_synth.model.spec import BoundsKind, CenterKind, Method
 from bfppc_synth.spec.changing import changed
 from bfppc_synth.synthesis.prepare import prepare, problem_of_theorem1
 from bfppc_synth.synthesis.synthesize import synthesize
@@ -110,7 +110,13 @@ class Question:
         """Build the edited problem; a T_s that the file leaves open stays as it was chosen."""
         transition = None
         base = self.problem
-        if base is not None and base.nominal is not None and spec.performance.transition is None:
+        nominal = spec.synthesis.center is CenterKind.NOMINAL
+        if (
+            nominal
+            and base is not None
+            and base.nominal is not None
+            and spec.performance.transition is None
+        ):
             transition = base.nominal.model.transition
         return prepare(spec, transition=transition, arithmetic=self._arithmetic)[0]
 

@@ -145,13 +145,24 @@ def _certified_at(question: Question, requirement: Requirement, factor: float) -
     )
 
 
-def other_way(question: Question, path: str, given: str, word: str) -> Suggestion | None:
-    """Take another method, center or kind of bounds."""
-    edits = (Edit(path=path, text=word),)
-    design = question.certified(edits)
-    if design is None:
-        return None
-    return Suggestion(path=path, given=given, edits=edits, factor=math.inf, U=design.bounds.U)
+def other_way(
+    question: Question, given: str, ways: tuple[tuple[Edit, ...], ...]
+) -> Suggestion | None:
+    """Take another method or center: the first of these ways that has a design.
+
+    Each way is complete, its transition included, as the search of a free one takes long where
+    there is none.
+    """
+    for edits in ways:
+        if question.patience.is_over or question.miss(edits) > 0.0:
+            continue
+        design = question.certified(edits)
+        if design is not None:
+            path = edits[0].path
+            return Suggestion(
+                path=path, given=given, edits=edits, factor=math.inf, U=design.bounds.U
+            )
+    return None
 
 
 def limit_suggestion(question: Question, least: float) -> Suggestion | None:
