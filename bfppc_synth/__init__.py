@@ -21,8 +21,8 @@ if TYPE_CHECKING:
         PlantFileError,
         UsageError,
     )
+    from bfppc_synth.reasons.explain import synthesize
     from bfppc_synth.spec.load import load_spec
-    from bfppc_synth.synthesis.synthesize import synthesize
 
 __all__ = [
     "BfppcError",
@@ -44,7 +44,7 @@ _HOMES = {
     "UsageError": ("errors", "UsageError"),
     "load_spec": ("spec.load", "load_spec"),
     "simulate": ("artifacts", "simulate_trajectory"),
-    "synthesize": ("synthesis", "synthesize"),
+    "synthesize": ("reasons.explain", "synthesize"),
     "write": ("artifacts", "write"),
 }
 

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 
 class BfppcError(Exception):
@@ -83,9 +87,17 @@ class EnvelopeError(BfppcError):
 
 
 class NoDesignError(BfppcError):
-    """Something is free and nothing certified was found, or the limit is exceeded."""
+    """Something is free and nothing certified was found, or the limit is exceeded.
+
+    ``details`` are what ``--json`` adds: ``binding``, ``drivers``, ``suggestions`` and
+    ``no_help``; empty where the sentence says it all.
+    """
 
     exit_code = 3
+
+    def __init__(self, message: str, *, details: Mapping[str, object] | None = None) -> None:
+        self.details: Mapping[str, object] = details or {}
+        super().__init__(message)
 
 
 class NotCertifiedError(BfppcError):

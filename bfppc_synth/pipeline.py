@@ -109,7 +109,7 @@ def run(path: Path, options: Options) -> Outcome:
         spec = replace(spec, simulation=replace(spec.simulation, seed=options.seed))
     folder = options.out or Path("generated") / spec.name
     may_write(folder, name=spec.name, overwrite=options.overwrite)
-    from bfppc_synth.synthesis.synthesize import synthesize
+    from bfppc_synth.reasons.explain import synthesize
 
     design = synthesize(spec, progress=options.progress, arithmetic=options.arithmetic)
     certified = design.certificate.verdict is Verdict.CERTIFIED

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from bfppc_synth.errors import BfppcError, PlantFileError
+from bfppc_synth.errors import BfppcError, NoDesignError, PlantFileError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -50,6 +50,8 @@ class Voice:
             rows = [{key: getattr(row, key) for key in row.__slots__} for row in mistakes]
             document: dict[str, Any] = {"format": "bfppc-synth/error/1", "exit_code": exit_code}
             document |= {"kind": type(error).__name__, "message": sentence, "mistakes": rows}
+            if isinstance(error, NoDesignError):
+                document |= error.details
             print(json.dumps(document, indent=2))
         return exit_code
 

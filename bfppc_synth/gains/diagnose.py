@@ -1,30 +1,88 @@
-"""Why there is no design, in the user's words."""
+"""Why the search found nothing: which inequality presses, and what its terms are.
+
+Cheap and an estimate: what would suffice instead is the business of the room ``reasons``.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from bfppc_synth.errors import BfppcError, NoDesignError, NotCertifiedError
-from bfppc_synth.gains.evaluation import Judge
+from bfppc_synth.gains.elastic import judged, nearest_miss
 from bfppc_synth.gains.problem import DesignProblem, FixedGains, Weights
 from bfppc_synth.gains.search import search
+from bfppc_synth.gains.solve import LIMIT
 from bfppc_synth.gains.terms import explained
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
+    from bfppc_synth.gains.elastic import Miss
     from bfppc_synth.gains.evaluation import Evaluation
 
-# A user waits for the answer: few and coarse steps where each needs a search.
-_WIDER = (2.0, 5.0, 20.0)
-_FINER = tuple(0.5**k for k in range(1, 24))
-_COARSER = 6.0
+# What takes less than this share of a sum does not drive it.
+_WORTH_NAMING = 0.1
+_MOST_DRIVERS = 3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Driver:
+    """A term and its share of a whole; ``because`` says where it comes from, or is empty."""
+
+    term: str
+    whole: str
+    share: float
+    because: str = ""
+
+    def sentence(self) -> str:
+        """Say it."""
+        because = f" ({self.because})" if self.because else ""
+        if self.share > 1.0:
+            return f"{self.term} is {self.share:.3g} times {self.whole}{because}"
+        return f"{self.term} takes {self.share:.0%} of {self.whole}{because}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Diagnosis:
+    """What is wrong, in a sentence; the inequalities that press, with shares; their terms.
+
+    ``least_input`` is the least peak input [unit of u] where only the limit is in the way;
+    ``log_factor`` by which factor (its log) the nearest gains miss, None if no start kept the
+    bounds finite.
+    """
+
+    headline: str
+    pressing: tuple[tuple[str, float], ...] = ()
+    drivers: tuple[Driver, ...] = ()
+    log_factor: float | None = None
+    least_input: float | None = None
+
+    def sentence(self) -> str:
+        """Say what is wrong and what drives it."""
+        lines = [self.headline]
+        if self.pressing:
+            named = ", ".join(f"{name} ({share:.0%})" for name, share in self.pressing)
+            lines.append(f"  what binds: {named}")
+        if self.drivers:
+            named = "; ".join(driver.sentence() for driver in self.drivers)
+            lines.append(f"  what drives it: {named}")
+        return "\n".join(lines)
+
+
+class NoGainsError(NoDesignError):
+    """The search found nothing; what would suffice can still be looked for.
+
+    ``problem`` is None with a method that has another one than DesignProblem.
+    """
+
+    def __init__(self, problem: DesignProblem | None, diagnosis: Diagnosis) -> None:
+        self.problem = problem
+        self.diagnosis = diagnosis
+        super().__init__(diagnosis.sentence())
 
 
 def no_design(problem: DesignProblem, *, free: bool, least: Evaluation | None = None) -> BfppcError:
-    """Say why the search found nothing, and what would suffice instead.
+    """Say why the search found nothing.
 
     Parameters
     ----------
@@ -38,51 +96,77 @@ def no_design(problem: DesignProblem, *, free: bool, least: Evaluation | None = 
     Returns
     -------
     BfppcError
-        NoDesignError (exit 3) where something was free, else NotCertifiedError (exit 4).
+        NoGainsError (exit 3) where something was free, else NotCertifiedError (exit 4).
     """
-    path = problem.plant.spec.path
     if not free:
         return NotCertifiedError(
-            f"no certified design for {path}: with these gains a bound breaks down on the"
-            " reachable box (a pole, another domain error, or no positive g_m)"
+            f"no certified design for {problem.plant.spec.path}: with these gains a bound breaks"
+            " down on the reachable box (a pole, another domain error, or no positive g_m)"
         )
+    return NoGainsError(problem, diagnose(problem, least))
+
+
+def diagnose(problem: DesignProblem, least: Evaluation | None = None) -> Diagnosis:
+    """Find what presses: the limit alone, what the file fixes, or the inequalities themselves.
+
+    Parameters
+    ----------
+    problem : DesignProblem
+        The problem without a solution.
+    least : Evaluation, optional
+        The least peak input without the limit, where it is known.
+
+    References
+    ----------
+    docs/theory.md section 5, the elastic problem.
+    """
+    start = f"no certified design for {problem.plant.spec.path}:"
+    miss = nearest_miss(problem)
     if problem.limit is not None:
-        least = least or _least_input(replace(problem, limit=None))
+        unlimited = replace(problem, limit=None)
+        least = least or _least_input(unlimited)
         if least is not None:
-            return NoDesignError(_over_the_limit(problem, least))
-        problem = replace(problem, limit=None)
-    released = _released(problem)
-    if released != problem:
-        found = _least_input(released)
+            said = (
+                f"{start} the least peak input found is {least.bounds.U:.4g}, above"
+                f" actuator.limit {problem.limit:.6g}"
+            )
+            return Diagnosis(
+                headline=said,
+                pressing=_pressing(problem, miss),
+                drivers=_drivers(problem, least, problem.order - 1),
+                log_factor=math.log(least.bounds.U / problem.limit),
+                least_input=least.bounds.U,
+            )
+        problem, miss = unlimited, nearest_miss(unlimited)
+    if released(problem) != problem:
+        found = _least_input(released(problem))
         if found is not None:
-            return NoDesignError(
-                f"no certified design for {path}: the gains or p that synthesis fixes leave none;"
-                f" without them there is one (peak input {found.bounds.U:.3g})\n"
-                f"  fix: remove what synthesis.gains or synthesis.p fixes, or {_loosen(found)}"
+            start += (
+                " the gains or p that synthesis fixes leave none; without them there is one (peak"
+                f" input {found.bounds.U:.3g}):"
             )
-    timing = problem.conditions
-    if timing.hold > 0.0 or any(timing.delta):
-        exact = _least_input(_measured(problem, 0.0, 0.0))
-        if exact is not None:
-            return NoDesignError(
-                f"no certified design for {path}: with exact continuous measurement there is one"
-                f" (peak input {exact.bounds.U:.3g}), but not with this resolution and period\n"
-                f"  would suffice{_any_of(_relaxations(problem))}"
-            )
-    options = _any_of(_accuracies(problem))
-    return NoDesignError(
-        f"no certified design for {path}: no gains were found, even with exact continuous"
-        f" measurement and no limit\n  would suffice{options}"
+    if miss is None:
+        return Diagnosis(
+            headline=f"{start} wherever the search starts, a bound breaks down on the reachable"
+            " box (a pole, another domain error, no positive g_m, or an overflow)",
+        )
+    pressing = _pressing(problem, miss)
+    worst = pressing[0][0] if pressing else "an inequality"
+    lacking = math.expm1(min(max(miss.log_factor, 0.0), 100.0))
+    lack = f"by {lacking:.2g} times" if lacking > 1.0 else f"by {lacking:.1%}"
+    nearest = judged(problem, miss)
+    states = problem.plant.spec.states
+    step = next((i for i, state in enumerate(states) if worst.endswith(f"[{state}]")), 0)
+    drivers = () if nearest is None else _drivers(problem, nearest, step)
+    return Diagnosis(
+        headline=f"{start} no gains were found, the nearest ones miss {worst} {lack}",
+        pressing=pressing,
+        drivers=drivers,
+        log_factor=miss.log_factor,
     )
 
 
-def _least_input(problem: DesignProblem) -> Evaluation | None:
-    return search(
-        replace(problem, weights=Weights(peak_input=1.0, slope=0.01)), lambda _message: None
-    )
-
-
-def _released(problem: DesignProblem) -> DesignProblem:
+def released(problem: DesignProblem) -> DesignProblem:
     """Free every gain and half-width; the powers N stay."""
     free = tuple(
         FixedGains(k=None, M=None, epsilon=None, c=None, N=gains.N) for gains in problem.gains
@@ -90,96 +174,57 @@ def _released(problem: DesignProblem) -> DesignProblem:
     return replace(problem, gains=free, half_widths=(None,) * problem.order)
 
 
-def _loosen(found: Evaluation) -> str:
-    """Say which values the free design has."""
-    widths = ", ".join(f"{p:.3g}" for p in found.half_widths)
-    return f"move towards p = ({widths})"
-
-
-def _measured(problem: DesignProblem, resolution: float, timing: float) -> DesignProblem:
-    """Scale resolution and timing."""
-    given = problem.conditions
-    scaled = replace(
-        given,
-        hold=timing * given.hold,
-        delay=timing * given.delay,
-        delta=tuple(resolution * delta for delta in given.delta),
-    )
-    return replace(problem, conditions=scaled)
-
-
-def _relaxations(problem: DesignProblem) -> Iterator[str]:
-    """Name a period, a resolution and an accuracy that would do, each alone."""
-    given = problem.conditions
-    # The flattest design tolerates the most; its gains are judged, not searched, again.
-    weights = Weights(peak_input=0.01, slope=1.0)
-    if given.hold > 0.0:
-        found = search(
-            replace(_measured(problem, 1.0, 0.0), weights=weights), lambda _message: None
-        )
-        factor = _tolerated(found, lambda s: _measured(problem, 1.0, s))
-        if factor is not None:
-            yield f"period + delay {factor * given.hold:.3g} s"
-    if any(given.delta):
-        found = search(
-            replace(_measured(problem, 0.0, 1.0), weights=weights), lambda _message: None
-        )
-        factor = _tolerated(found, lambda s: _measured(problem, s, 1.0))
-        if factor is not None:
-            yield f"{factor:.3g} times the resolution"
-    yield from _accuracies(problem)
-
-
-def _tolerated(found: Evaluation | None, change: Callable[[float], DesignProblem]) -> float | None:
-    """Find a finer condition that these gains tolerate, then a coarser one by searching."""
-    if found is None:
+def _least_input(problem: DesignProblem) -> Evaluation | None:
+    miss = nearest_miss(problem)
+    if miss is None or not miss.holds:
         return None
-    factor = next((s for s in _FINER if _still_holds(found, change(s))), None)
-    while factor is not None and _COARSER * factor < 1.0:
-        if _least_input(change(_COARSER * factor)) is None:
-            break
-        factor *= _COARSER
-    return factor
+    weights = Weights(peak_input=1.0, slope=0.01)
+    return search(replace(problem, weights=weights), lambda _message: None)
 
 
-def _still_holds(found: Evaluation, problem: DesignProblem) -> bool:
-    judge = Judge(problem)
-    judged = judge.best(found.shapes, found.half_widths)
-    return judged is not None and judge.accepts(judged)
+def _pressing(problem: DesignProblem, miss: Miss | None) -> tuple[tuple[str, float], ...]:
+    """Name what presses, the hardest first; the parts of one inequality count together."""
+    if miss is None:
+        return ()
+    states = problem.plant.spec.states
+    shares: dict[str, float] = {}
+    for (name, step), pressure in miss.pressures:
+        limited = name == LIMIT
+        label = "actuator.limit" if limited else f"{name.split('.')[0]}[{states[step]}]"
+        shares[label] = shares.get(label, 0.0) + pressure
+    total = sum(shares.values())
+    if not 0.0 < total < math.inf:
+        return ()
+    ordered = sorted(shares.items(), key=lambda pair: -pair[1])
+    return tuple((name, value / total) for name, value in ordered if value / total > _WORTH_NAMING)
 
 
-def _accuracies(problem: DesignProblem) -> Iterator[str]:
-    limit = math.inf if problem.limit is None else problem.limit
-    for factor in _WIDER:
-        accuracy = factor * problem.accuracy
-        found = _least_input(replace(problem, limit=None, accuracy=accuracy))
-        if found is not None and limit >= found.bounds.U:
-            yield f"accuracy {accuracy:.3g}"
-            return
-
-
-def _any_of(options: Iterator[str]) -> str:
-    found = tuple(options)
-    if not found:
-        return (
-            ": none of the changes tried\n  fix: a smaller initial set, a slower rho (larger t_s),"
-            " or tighter bounds on the plant, together with a larger accuracy"
+def _drivers(problem: DesignProblem, found: Evaluation, step: int) -> tuple[Driver, ...]:
+    """Name the largest terms of F_i* and, at the last step, what takes the tube."""
+    bounds, widths = found.bounds, found.half_widths
+    out: list[Driver] = []
+    if step == problem.order - 1 and widths[-1] > 0.0:
+        tube = f"p_{step + 1}, the tube of {problem.plant.spec.states[step]}"
+        measured = Driver(term="measurement (eta)", whole=tube, share=bounds.eta[-1] / widths[-1])
+        held = Driver(
+            term="timing ((h + tau) V)",
+            whole=tube,
+            share=problem.conditions.hold * bounds.V / widths[-1],
         )
-    return f" (any one): {' | '.join(found)}"
+        out += [part for part in (held, measured) if part.share > _WORTH_NAMING]
+    for term, share in explained(problem, found, step):
+        if share > _WORTH_NAMING:
+            because = _because(term, found)
+            whole = f"F_{step + 1}*"
+            out.append(Driver(term=term, whole=whole, share=share, because=because))
+    out.sort(key=lambda driver: -driver.share)
+    return tuple(out[:_MOST_DRIVERS])
 
 
-def _over_the_limit(problem: DesignProblem, least: Evaluation) -> str:
-    last = problem.order - 1
-    shares = explained(problem, least, last)
-    lines = [
-        (
-            f"no certified design for {problem.plant.spec.path}: the least certified peak input"
-            f" found is {least.bounds.U:.4g}, above actuator.limit {problem.limit:.6g}"
-        )
-    ]
-    if shares:
-        name, share = shares[0]
-        lines.append(f"  what drives it: {name} takes {share:.0%} of F_{last + 1}*")
-    options = [f"actuator.limit {least.bounds.U * 1.01:.4g}", *_accuracies(problem)]
-    lines.append(f"  would suffice (any one): {' | '.join(options)}")
-    return "\n".join(lines)
+def _because(term: str, found: Evaluation) -> str:
+    if not term.startswith("|d alpha_"):
+        return ""
+    i = int(term.removeprefix("|d alpha_").removesuffix("|"))
+    origin = "accuracy" if i == 1 else f"p_{i}"
+    slope, width = found.bounds.L[i - 1], found.half_widths[i - 1]
+    return f"slope of phi_{i} = {slope:.3g}, from {origin} {width:.3g}"

@@ -110,8 +110,8 @@ def _solve(
     free = slots(problem, pattern)
     program = Program(problem, free, alternative)
     best: Evaluation | None = None
-    begin = None if resume is None else _resumed(resume, free)
-    solution = None if begin is None else program.solve(*begin)
+    resumed = None if resume is None else _resumed(resume, free)
+    solution = None if resumed is None else program.solve(*resumed)
     if solution is not None:
         best = _rounded(judge, solution, alternative)
         if best is not None:
@@ -124,10 +124,10 @@ def _solve(
         if pace > 0.0 and best is not None:
             break
         progress(f"solving the gain inequalities ({alternative}), start {number}")
-        begin = _begin(judge, free, ratio, pace)
-        if begin is None:
+        started = begin(judge, free, ratio, pace)
+        if started is None:
             continue
-        values, inner = begin
+        values, inner = started
         solution = program.solve(values, inner)
         if solution is None:
             continue
@@ -186,10 +186,13 @@ def _resumed(known: Evaluation, free: tuple[Slot, ...]) -> tuple[dict[Slot, floa
     return values, 0.7 * known.half_widths[-1]
 
 
-def _begin(
+def begin(
     judge: Judge, free: tuple[Slot, ...], ratio: float, pace: float
 ) -> tuple[dict[Slot, float], float] | None:
-    """Start down the chain: p_{i+1} a share of step i's load, phi_i(p_i) above F_i*."""
+    """Start down the chain: p_{i+1} a share of step i's load, phi_i(p_i) above F_i*.
+
+    None where a bound is not finite there.
+    """
     problem, kinds = judge.problem, set(free)
     values: dict[Slot, float] = {}
     shapes: list[Shape] = []

@@ -27,6 +27,13 @@ GRID = 32
 ROOM = 5.0
 # A rate [1/s] below which a load counts as this much of p: keeps log F* finite for f = 0.
 LEAST_RATE = 1e-6
+# Name of the row of actuator.limit.
+LIMIT = "limit"
+# An elastic program looks no further than these logs of the common factor, on either side;
+# its rows hold to this much, and the design's cost counts this little beside the factor.
+LEAST_MISS, MOST_MISS = -0.5, 60.0
+SETTLED = 1e-5
+OWN_COST = 1e-4
 
 
 class CasadiNumbers:
@@ -112,6 +119,8 @@ class _Solver:
             },
         )
         self._rows = len(rows)
+        self.multipliers: tuple[float, ...] = ()
+        self.lowest_row = -math.inf
 
     def run(self, guess: list[float], lower: list[float], upper: list[float]) -> list[float] | None:
         """Solve from a guess; None outside of every box, or where the iterates broke down."""
@@ -121,6 +130,9 @@ class _Solver:
             x0=guess, lbx=lower, ubx=upper, lbg=[0.0] * self._rows, ubg=[math.inf] * self._rows
         )
         values = [float(value) for value in found["x"].full().ravel()]
+        # Of the last run: how hard each row presses, and how far the worst one is from holding.
+        self.multipliers = tuple(abs(float(value)) for value in found["lam_g"].full().ravel())
+        self.lowest_row = min(map(float, found["g"].full().ravel()), default=0.0)
         return values if all(map(math.isfinite, values)) else None
 
 
@@ -198,15 +210,22 @@ class Program:
             rows += _pressed(values_there, points, shares)
         bounds = evaluate_chain(start, residual, numbers, problem.theorem.rules, loads)
         inner = ca.exp(variables[count]) if self._needs_inner else None
+        asked, self.names = [], []
         for demand in problem.theorem.demands(alternative, start, bounds, numbers, inner):
             floor = LEAST_RATE * widths[demand.step]
-            rows.append(ca.log(demand.lhs) - ca.log(demand.rhs + floor) - room)
-        rows += [value - 1e-9 for value in residual.arithmetic.positive]
+            asked.append(ca.log(demand.lhs) - ca.log(demand.rhs + floor) - room)
+            self.names.append((demand.name, demand.step))
         if problem.limit is not None:
-            rows.append(math.log(problem.limit) - ca.log(bounds.U) - room)
+            asked.append(math.log(problem.limit) - ca.log(bounds.U) - room)
+            self.names.append((LIMIT, problem.order - 1))
+        rows += [value - 1e-9 for value in residual.arithmetic.positive]
         weights = problem.weights
         goal = weights.peak_input * ca.log(bounds.U + 1e-300) + weights.slope * ca.log(bounds.slope)
-        self._solver = _Solver(variables, goal, rows)
+        self._solver = self._closed(variables, goal, asked, rows)
+
+    def _closed(self, variables: Any, goal: Any, asked: list[Any], rows: list[Any]) -> _Solver:
+        """Minimize the goal where everything that is asked holds."""
+        return _Solver(variables, goal, [*asked, *rows])
 
     def solve(
         self, start: Mapping[Slot, float], inner: float, reach: float = 30.0
@@ -229,10 +248,46 @@ class Program:
             guess.append(math.log(inner))
             lower.append(-60.0)
             upper.append(60.0)
-        logs = self._solver.run(guess, lower, upper)
+        logs = self._run(guess, lower, upper)
         if logs is None:
             return None
         return {slot: math.exp(value) for slot, value in zip(self._free, logs, strict=False)}
+
+    def _run(
+        self, guess: list[float], lower: list[float], upper: list[float]
+    ) -> list[float] | None:
+        return self._solver.run(guess, lower, upper)
+
+
+class ElasticProgram(Program):
+    """The same program where everything that is asked may miss by one common factor.
+
+    The goal is the log of that factor; a little of the design's own cost keeps gains finite.
+    """
+
+    #: Log of the factor of the last solution; below 0 everything holds with that much room.
+    miss = math.inf
+
+    def _closed(self, variables: Any, goal: Any, asked: list[Any], rows: list[Any]) -> _Solver:
+        miss = ca.SX.sym("miss")
+        relaxed = [row + miss for row in asked]
+        return _Solver(ca.vertcat(variables, miss), miss + OWN_COST * goal, [*relaxed, *rows])
+
+    def _run(
+        self, guess: list[float], lower: list[float], upper: list[float]
+    ) -> list[float] | None:
+        logs = self._solver.run([*guess, 1.0], [*lower, LEAST_MISS], [*upper, MOST_MISS])
+        if logs is None or self._solver.lowest_row < -SETTLED:
+            return None
+        self.miss = logs[-1]
+        return logs
+
+    def pressures(self) -> dict[tuple[str, int], float]:
+        """Tell what presses in the last solution: name and step of a row, its multiplier."""
+        pressing: dict[tuple[str, int], float] = {}
+        for name, multiplier in zip(self.names, self._solver.multipliers, strict=False):
+            pressing[name] = pressing.get(name, 0.0) + multiplier
+        return pressing
 
 
 def _pressed(values: PointLoads, points: Points, shares: list[Any]) -> list[Any]:

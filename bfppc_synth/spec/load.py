@@ -39,7 +39,17 @@ def load_spec(path: str | PathLike[str]) -> PlantSpec:
     PlantFileError
         With all mistakes of the file, in file order.
     """
-    document = read_document(Path(path))
+    return spec_of(read_document(Path(path)))
+
+
+def spec_of(document: Document) -> PlantSpec:
+    """Turn a file's tree into records, or into all of its mistakes.
+
+    Raises
+    ------
+    PlantFileError
+        With all mistakes of the file, in file order.
+    """
     book = Notebook(document.mistakes)
     reader = Reader(book, document.root)
     reader.read()

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 from bfppc_synth.bounds.admission import admit
 from bfppc_synth.bounds.funnel import require_funnel, require_signals
 from bfppc_synth.bounds.signals import bound_signals, conditions
-from bfppc_synth.errors import NoDesignError, NotCertifiedError, UsageError
+from bfppc_synth.errors import NotCertifiedError, UsageError
 from bfppc_synth.expressions.symbolic import build_plant
+from bfppc_synth.gains.diagnose import Diagnosis, NoGainsError
 from bfppc_synth.gains.problem import Weights
 from bfppc_synth.gains.theorem1.judge import Theorem1Judge
 from bfppc_synth.gains.theorem1.search import search_theorem1
@@ -77,7 +78,7 @@ def synthesize_theorem1(
 
     Raises
     ------
-    NoDesignError
+    NoGainsError
         Something is free and nothing was found, or the actuator limit is exceeded.
     """
     require_functions(problem.plant, None, arithmetic)
@@ -217,15 +218,19 @@ def _no_design(problem: Theorem1Problem, progress: Callable[[str], None]) -> Bfp
         cheap = replace(problem, limit=None, weights=Weights(peak_input=1.0, slope=0.01))
         least = search_theorem1(cheap, progress)
         if least is not None:
-            return NoDesignError(
-                f"no certified design for {path}: the least peak input found with theorem1 is"
-                f" {least.bounds.U:.4g}, above actuator.limit {problem.limit:.6g}\n"
-                f"  would suffice: actuator.limit {least.bounds.U * 1.01:.4g}\n"
-                "  fix: use `method: unified`, which needs far less input"
+            return NoGainsError(
+                None,
+                Diagnosis(
+                    headline=f"no certified design for {path}: the least peak input found with"
+                    f" theorem1 is {least.bounds.U:.4g}, above actuator.limit {problem.limit:.6g}",
+                    least_input=least.bounds.U,
+                ),
             )
-    return NoDesignError(
-        f"no certified design for {path}: no gains were found for theorem1, whose errors cost"
-        f" twice the resolution (accuracy {problem.accuracy:.6g} against delta_M"
-        f" {problem.noise[0]:.6g})\n"
-        "  fix: allow a larger accuracy, use a finer quantizer, or `method: unified`"
+    return NoGainsError(
+        None,
+        Diagnosis(
+            headline=f"no certified design for {path}: no gains were found for theorem1, whose"
+            f" errors cost twice the resolution (accuracy {problem.accuracy:.6g} against delta_M"
+            f" {problem.noise[0]:.6g})"
+        ),
     )
