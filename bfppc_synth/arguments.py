@@ -14,10 +14,12 @@ from bfppc_synth.model.arithmetic import Mathematics, Real
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-COMMANDS = ("synth", "check", "simulate", "verify", "export")
-LATER = ("campaign", "compare", "doctor", "new", "schema", "sweep")
+COMMANDS = ("synth", "check", "simulate", "verify", "export", "sweep")
+LATER = ("campaign", "compare", "doctor", "new", "schema")
 # Options that take the next word; needed to find the command behind them.
-VALUED = frozenset({"--out", "--seed", "--real", "--math", "--horizon", "--x0", "--to"})
+VALUED = frozenset(
+    {"--out", "--seed", "--real", "--math", "--horizon", "--x0", "--to", "--over", "--workers"}
+)
 
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Only errors.")]
@@ -43,6 +45,18 @@ Starts = Annotated[
 Written = Annotated[
     Path | None, typer.Option("--out", metavar="DIR", help="Write the audit there [nowhere].")
 ]
+Over = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--over",
+        metavar="PATH=a:b:n",
+        help="Path of the plant file and n values from a to b (:lin or :log); twice: a surface.",
+    ),
+]
+Swept = Annotated[
+    Path | None, typer.Option("--out", metavar="DIR", help="Write the sweep there [nowhere].")
+]
+Workers = Annotated[int | None, typer.Option(metavar="N", help="Processes [one per processor].")]
 To = Annotated[str, typer.Option("--to", metavar="FORMAT", help="smt2 or coq.")]
 
 
