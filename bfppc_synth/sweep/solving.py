@@ -130,7 +130,10 @@ def _proved(point: Point, known: Answer, others: tuple[Found, ...]) -> Answer:
                 best = taken
         if best is None:
             return known
-        return _certified(point, road(best.transition), best)
+        answer = _certified(point, road(best.transition), best)
+        if answer.status is Status.CERTIFIED or known.found in (None, best):
+            return answer
+        return _certified(point, road(own), known.found)
 
     return _guarded(point, work)
 

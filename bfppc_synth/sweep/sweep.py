@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from bfppc_synth.codegen.package import Overwrite, may_write, write_folder
@@ -188,7 +188,32 @@ def solve(
             for part, answers in zip(parts, searched, strict=True)
         ]
         proved = mapped(executor, prove_chunk, proofs, told("proved"))
-    return tuple(answer for part in proved for answer in part)
+        answers = [answer for part in proved for answer in part]
+        left = _left_over(points, answers, axes)
+        for part in mapped(executor, prove_chunk, left, lambda _count: None):
+            for answer in part:
+                if answer.status is Status.CERTIFIED:
+                    answers[answer.index] = answer
+    return tuple(answers)
+
+
+def _left_over(
+    points: tuple[Point, ...], answers: Sequence[Answer], axes: tuple[Axis, ...]
+) -> list[ProofChunk]:
+    """Offer what is certified elsewhere to each point whose own design was not proved.
+
+    A cheap design may reach where a declared bound is false; a stricter point's may not.
+    """
+    certified = [answer for answer in answers if answer.status is Status.CERTIFIED]
+    return [
+        ProofChunk(
+            points=(points[answer.index],),
+            answers=(replace(answer, found=None),),
+            others=_offered((points[answer.index],), certified, axes),
+        )
+        for answer in answers
+        if answer.status is Status.UNDECIDED
+    ]
 
 
 def _parts(points: tuple[Point, ...], row: int) -> list[tuple[Point, ...]]:

@@ -5,12 +5,15 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import threading
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
+from multiprocessing import forkserver
 from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
+    from multiprocessing.context import BaseContext
 
 A = TypeVar("A")
 B = TypeVar("B")
@@ -35,13 +38,9 @@ def executor_of(workers: int) -> Iterator[Executor | None]:
     if workers <= 1:
         yield None
         return
-    methods = multiprocessing.get_all_start_methods()
-    # Not fork: this process shows its progress in a thread.
-    context = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
-    if context.get_start_method() == "forkserver":
-        context.set_forkserver_preload(_PRELOADED)
+    context = _warm_context()
     before = set(multiprocessing.active_children())
-    executor = ProcessPoolExecutor(workers, mp_context=context, initializer=_deaf)
+    executor = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin)
     try:
         yield executor
     except BaseException:
@@ -52,9 +51,50 @@ def executor_of(workers: int) -> Iterator[Executor | None]:
     executor.shutdown()
 
 
-def _deaf() -> None:
-    """Leave Ctrl-C to the process that was asked."""
+def _warm_context() -> BaseContext:
+    """Start the process that workers are copies of, with everything that they need imported."""
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    # Not fork: this process shows its progress in a thread.
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(_PRELOADED)
+    with _undisturbed():
+        forkserver.ensure_running()
+    # Ctrl-C may come while it imports; the workers after this start within milliseconds.
+    first = context.Process(target=_nothing)
+    first.start()
+    first.join()
+    return context
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Ignore Ctrl-C for a moment: a process that is started now ignores it from its first line."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+
+
+def _nothing() -> None:
+    """Be a process."""
+
+
+def _begin() -> None:
+    """Leave Ctrl-C to the process that was asked, and end with it however it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def mapped(
@@ -82,7 +122,8 @@ def mapped(
             results.append(work(chunk))
             done(len(results))
         return results
-    futures = [executor.submit(work, chunk) for chunk in chunks]
+    with _undisturbed():
+        futures = [executor.submit(work, chunk) for chunk in chunks]
     for future in futures:
         results.append(future.result())
         done(len(results))
