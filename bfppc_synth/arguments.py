@@ -14,11 +14,22 @@ from bfppc_synth.model.arithmetic import Mathematics, Real
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-COMMANDS = ("synth", "check", "simulate", "verify", "export", "sweep")
-LATER = ("campaign", "compare", "doctor", "new", "schema")
+COMMANDS = ("synth", "check", "simulate", "verify", "export", "sweep", "new", "schema", "doctor")
+LATER = ("campaign", "compare")
 # Options that take the next word; needed to find the command behind them.
 VALUED = frozenset(
-    {"--out", "--seed", "--real", "--math", "--horizon", "--x0", "--to", "--over", "--workers"}
+    {
+        "--out",
+        "--seed",
+        "--real",
+        "--math",
+        "--horizon",
+        "--x0",
+        "--to",
+        "--over",
+        "--workers",
+        "--template",
+    }
 )
 
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]
@@ -45,6 +56,11 @@ Starts = Annotated[
 Written = Annotated[
     Path | None, typer.Option("--out", metavar="DIR", help="Write the audit there [nowhere].")
 ]
+Named = Annotated[str, typer.Argument(metavar="NAME", help="Its name, a folder before it.")]
+Template = Annotated[
+    str | None, typer.Option(metavar="EXAMPLE", help="Begin as one of the examples.")
+]
+Replace = Annotated[bool, typer.Option("--force", help="Replace a file that is there.")]
 Over = Annotated[
     list[str] | None,
     typer.Option(

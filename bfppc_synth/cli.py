@@ -12,7 +12,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from bfppc_synth.arguments import COMMANDS, LATER, arrange
-from bfppc_synth.commands import check, export, simulate, sweep, synth, verify
+from bfppc_synth.commands import (
+    check,
+    doctor,
+    export,
+    new,
+    schema,
+    simulate,
+    sweep,
+    synth,
+    verify,
+)
 from bfppc_synth.errors import UsageError
 from bfppc_synth.voice import Voice
 
@@ -56,6 +66,9 @@ for _command in (
     verify.verify,
     export.export,
     sweep.sweep,
+    new.new,
+    schema.schema,
+    doctor.doctor,
 ):
     app.command()(_command)
 

@@ -196,38 +196,49 @@ def test_a_generated_folder_is_not_replaced(sweep, tmp_path):
     assert "holds a generated controller" in errors
 
 
+# A shell that starts the tests in the background has made them ignore Ctrl-C.
+LISTENING = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from bfppc_synth.__main__ import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
 def test_ctrl_c_leaves_no_file_and_no_process(tmp_path):
     over = ("--over", "performance.accuracy=0.01:0.5:200", "--workers", "2", "--out", "s")
-    words = [
-        sys.executable,
-        "-m",
-        "bfppc_synth",
-        "sweep",
-        str(EXAMPLES / "van_der_pol.yaml"),
-        *over,
-    ]
-    with subprocess.Popen(
-        words,
+    words = ["sweep", str(EXAMPLES / "van_der_pol.yaml"), *over]
+    process = subprocess.Popen(
+        [sys.executable, "-c", LISTENING, *words],
         cwd=tmp_path,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-    ) as process:
+    )
+    try:
         time.sleep(4.0)
         os.killpg(process.pid, signal.SIGINT)
         out, errors = process.communicate(timeout=60)
-    assert (process.returncode, out, errors) == (130, "", "interrupted\n")
-    assert list(tmp_path.iterdir()) == []
-    deadline = time.monotonic() + 20.0
-    while time.monotonic() < deadline:
-        try:
-            os.killpg(process.pid, 0)
-        except ProcessLookupError:
-            return
-        time.sleep(0.1)
-    pytest.fail("a process of the sweep is still there")
+        assert (process.returncode, out, errors) == (130, "", "interrupted\n")
+        assert list(tmp_path.iterdir()) == []
+        deadline = time.monotonic() + 20.0
+        while time.monotonic() < deadline and is_alive(process.pid):
+            time.sleep(0.1)
+        assert not is_alive(process.pid)
+    finally:
+        if is_alive(process.pid):
+            os.killpg(process.pid, signal.SIGKILL)
+            process.communicate()
+
+
+def is_alive(group: int) -> bool:
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return False
+    return True
 
 
 def monotone_cases():
