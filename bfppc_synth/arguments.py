@@ -12,7 +12,7 @@ from bfppc_synth.errors import UsageError
 from bfppc_synth.model.arithmetic import Mathematics, Real
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import MutableMapping, Sequence
 
 COMMANDS = ("synth", "check", "simulate", "verify", "export", "sweep", "new", "schema", "doctor")
 LATER = ("campaign", "compare")
@@ -102,6 +102,18 @@ def arrange(words: Sequence[str]) -> list[str]:
     near = difflib.get_close_matches(word, COMMANDS, n=1)
     fix = f"did you mean {near[0]}?" if near else "see bfppc-synth --help"
     raise UsageError(f"{word} is neither a command ({choice}) nor a file; fix: {fix}")
+
+
+def arrange_completion(environment: MutableMapping[str, str]) -> None:
+    """Put ``synth`` before a plant file also where a shell asks what may follow it."""
+    for key in ("COMP_WORDS", "_TYPER_COMPLETE_ARGS"):
+        program, _, rest = environment.get(key, "").partition(" ")
+        first, more, _ = rest.partition(" ")
+        if more and first.lower().endswith((".yaml", ".yml")):
+            environment[key] = f"{program} synth {rest}"
+            place = environment.get("COMP_CWORD", "")
+            if key == "COMP_WORDS" and place.isdigit():
+                environment["COMP_CWORD"] = str(int(place) + 1)
 
 
 def initial_state(words: Sequence[str]) -> dict[str, float]:

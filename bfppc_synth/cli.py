@@ -6,12 +6,13 @@ Nothing heavy is imported here: ``--help`` and the mistakes of a plant file answ
 from __future__ import annotations
 
 import io
+import os
 import sys
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from bfppc_synth.arguments import COMMANDS, LATER, arrange
+from bfppc_synth.arguments import COMMANDS, LATER, arrange, arrange_completion
 from bfppc_synth.commands import (
     check,
     doctor,
@@ -88,6 +89,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         4 not certified, 130 interrupted.
     """
     words = list(sys.argv[1:] if argv is None else argv)
+    arrange_completion(os.environ)
     for stream in (sys.stdout, sys.stderr):
         # A title may have letters that the terminal's encoding lacks.
         if isinstance(stream, io.TextIOWrapper):
