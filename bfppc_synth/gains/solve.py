@@ -13,6 +13,7 @@ from bfppc_synth.bounds.residual import PerformanceResidual
 from bfppc_synth.gains.problem import assemble, log_limits
 from bfppc_synth.gains.tight_points import PointLoads
 from bfppc_synth.gains.traced import Traced, TracedArithmetic
+from bfppc_synth.gains.units import per_rate
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -27,6 +28,8 @@ GRID = 32
 ROOM = 5.0
 # A rate [1/s] below which a load counts as this much of p: keeps log F* finite for f = 0.
 LEAST_RATE = 1e-6
+# Inequalities between feedback values: in units of x_{i+1}, and not of x_i as the other ones.
+FORCES = ("U1", "U2", "U2'", "T2")
 
 
 class CasadiNumbers:
@@ -90,9 +93,9 @@ class _Residual:
         return self._inner.gain_upper(index, self._lift(xi)).sx
 
     def gain_lower(self, index: int, xi: tuple[Any, ...]) -> Any:
-        value = self._inner.gain_lower(index, self._lift(xi)).sx
-        self.arithmetic.positive.append(value)
-        return value
+        value = self._inner.gain_lower(index, self._lift(xi))
+        self.arithmetic.keep_positive(value)
+        return value.sx
 
 
 class _Solver:
@@ -197,9 +200,12 @@ class Program:
             values_there = PointLoads(problem, shapes, widths, numbers, ca)
             rows += _pressed(values_there, points, shares)
         bounds = evaluate_chain(start, residual, numbers, problem.theorem.rules, loads)
+        units = per_rate(problem)
         inner = ca.exp(variables[count]) if self._needs_inner else None
         for demand in problem.theorem.demands(alternative, start, bounds, numbers, inner):
             floor = LEAST_RATE * widths[demand.step]
+            if demand.name in FORCES:
+                floor *= units[demand.step]
             rows.append(ca.log(demand.lhs) - ca.log(demand.rhs + floor) - room)
         rows += [value - 1e-9 for value in residual.arithmetic.positive]
         if problem.limit is not None:
