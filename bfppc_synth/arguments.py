@@ -12,12 +12,25 @@ from bfppc_synth.errors import UsageError
 from bfppc_synth.model.arithmetic import Mathematics, Real
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import MutableMapping, Sequence
 
-COMMANDS = ("synth", "check", "simulate", "verify", "export")
-LATER = ("campaign", "compare", "doctor", "new", "schema", "sweep")
+COMMANDS = ("synth", "check", "simulate", "verify", "export", "sweep", "new", "schema", "doctor")
+LATER = ("campaign", "compare")
 # Options that take the next word; needed to find the command behind them.
-VALUED = frozenset({"--out", "--seed", "--real", "--math", "--horizon", "--x0", "--to"})
+VALUED = frozenset(
+    {
+        "--out",
+        "--seed",
+        "--real",
+        "--math",
+        "--horizon",
+        "--x0",
+        "--to",
+        "--over",
+        "--workers",
+        "--template",
+    }
+)
 
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Only errors.")]
@@ -43,6 +56,23 @@ Starts = Annotated[
 Written = Annotated[
     Path | None, typer.Option("--out", metavar="DIR", help="Write the audit there [nowhere].")
 ]
+Named = Annotated[str, typer.Argument(metavar="NAME", help="Its name, a folder before it.")]
+Template = Annotated[
+    str | None, typer.Option(metavar="EXAMPLE", help="Begin as one of the examples.")
+]
+Replace = Annotated[bool, typer.Option("--force", help="Replace a file that is there.")]
+Over = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--over",
+        metavar="PATH=a:b:n",
+        help="Path of the plant file and n values from a to b (:lin or :log); twice: a surface.",
+    ),
+]
+Swept = Annotated[
+    Path | None, typer.Option("--out", metavar="DIR", help="Write the sweep there [nowhere].")
+]
+Workers = Annotated[int | None, typer.Option(metavar="N", help="Processes [one per processor].")]
 To = Annotated[str, typer.Option("--to", metavar="FORMAT", help="smt2 or coq.")]
 
 
@@ -72,6 +102,18 @@ def arrange(words: Sequence[str]) -> list[str]:
     near = difflib.get_close_matches(word, COMMANDS, n=1)
     fix = f"did you mean {near[0]}?" if near else "see bfppc-synth --help"
     raise UsageError(f"{word} is neither a command ({choice}) nor a file; fix: {fix}")
+
+
+def arrange_completion(environment: MutableMapping[str, str]) -> None:
+    """Put ``synth`` before a plant file also where a shell asks what may follow it."""
+    for key in ("COMP_WORDS", "_TYPER_COMPLETE_ARGS"):
+        program, _, rest = environment.get(key, "").partition(" ")
+        first, more, _ = rest.partition(" ")
+        if more and first.lower().endswith((".yaml", ".yml")):
+            environment[key] = f"{program} synth {rest}"
+            place = environment.get("COMP_CWORD", "")
+            if key == "COMP_WORDS" and place.isdigit():
+                environment["COMP_CWORD"] = str(int(place) + 1)
 
 
 def initial_state(words: Sequence[str]) -> dict[str, float]:

@@ -6,13 +6,24 @@ Nothing heavy is imported here: ``--help`` and the mistakes of a plant file answ
 from __future__ import annotations
 
 import io
+import os
 import sys
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from bfppc_synth.arguments import COMMANDS, LATER, arrange
-from bfppc_synth.commands import check, export, simulate, synth, verify
+from bfppc_synth.arguments import COMMANDS, LATER, arrange, arrange_completion
+from bfppc_synth.commands import (
+    check,
+    doctor,
+    export,
+    new,
+    schema,
+    simulate,
+    sweep,
+    synth,
+    verify,
+)
 from bfppc_synth.errors import UsageError
 from bfppc_synth.voice import Voice
 
@@ -49,7 +60,17 @@ def _common(*, version: Version = False) -> None:
     """Certified quantized controllers from a plant file: `bfppc-synth plant.yaml`."""
 
 
-for _command in (synth.synth, check.check, simulate.simulate, verify.verify, export.export):
+for _command in (
+    synth.synth,
+    check.check,
+    simulate.simulate,
+    verify.verify,
+    export.export,
+    sweep.sweep,
+    new.new,
+    schema.schema,
+    doctor.doctor,
+):
     app.command()(_command)
 
 
@@ -68,6 +89,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         4 not certified, 130 interrupted.
     """
     words = list(sys.argv[1:] if argv is None else argv)
+    arrange_completion(os.environ)
     for stream in (sys.stdout, sys.stderr):
         # A title may have letters that the terminal's encoding lacks.
         if isinstance(stream, io.TextIOWrapper):

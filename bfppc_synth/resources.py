@@ -1,4 +1,4 @@
-"""Where the templates are, in a wheel and in a working tree, and how they are read."""
+"""Where templates and examples are, in a wheel and in a working tree, and how they are read."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _PACKAGE = Path(__file__).resolve().parent
 
 
 class ResourceError(BfppcError):
-    """The installation lacks its templates."""
+    """The installation lacks its templates or examples."""
 
 
 def template_folder(package: Path = _PACKAGE) -> Path:
@@ -35,15 +35,30 @@ def template_folder(package: Path = _PACKAGE) -> Path:
     ResourceError
         If neither is there.
     """
-    inside, beside = package / "templates", package.parent / "templates"
+    return _folder(package, "templates", "nothing can be generated")
+
+
+def example_folder(package: Path = _PACKAGE) -> Path:
+    """Find the folder of the example plant files, as ``template_folder`` does.
+
+    Raises
+    ------
+    ResourceError
+        If it is not there.
+    """
+    return _folder(package, "examples", "no plant file can begin as one of them")
+
+
+def _folder(package: Path, name: str, loss: str) -> Path:
+    inside, beside = package / name, package.parent / name
     if inside.is_dir():
         return inside
     # A folder called templates in site-packages would be someone else's.
     if beside.is_dir() and (package.parent / "pyproject.toml").is_file():
         return beside
     raise ResourceError(
-        f"the templates are neither in {inside.name}/ of the package nor beside pyproject.toml: "
-        "nothing can be generated\n  fix: install the package again"
+        f"the {name} are neither in {name}/ of the package nor beside pyproject.toml: "
+        f"{loss}\n  fix: install the package again"
     )
 
 

@@ -59,7 +59,7 @@ _C_KEYWORDS: Final = _words(
 
 KEYWORDS: Final = frozenset(keyword.kwlist) | _C_KEYWORDS
 
-_LIBRARY_HEADERS: Final = _words(
+LIBRARY_HEADERS: Final = _words(
     # include/NAME.h of such a plant would hide the compiler's own header.
     """
     assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal
@@ -93,7 +93,7 @@ def is_plant_name(name: str) -> bool:
 
 def is_library_header(name: str) -> bool:
     """Whether NAME.h is a header of the C library."""
-    return name in _LIBRARY_HEADERS
+    return name in LIBRARY_HEADERS
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

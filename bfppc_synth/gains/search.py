@@ -12,6 +12,7 @@ from bfppc_synth.gains.evaluation import Evaluation, Judge
 from bfppc_synth.gains.problem import Kind, Slot, patterns, slots
 from bfppc_synth.gains.rounding import round_candidate
 from bfppc_synth.gains.solve import Program
+from bfppc_synth.gains.units import per_rate
 from bfppc_synth.model.shapes import Shape
 
 if TYPE_CHECKING:
@@ -193,7 +194,7 @@ def begin(
 
     None where a bound is not finite there.
     """
-    problem, kinds = judge.problem, set(free)
+    problem, kinds, units = judge.problem, set(free), per_rate(judge.problem)
     values: dict[Slot, float] = {}
     shapes: list[Shape] = []
     widths: list[float] = [problem.accuracy]
@@ -210,13 +211,13 @@ def begin(
             slot = Slot(kind=Kind.WIDTH, step=step + 1)
             fixed = problem.half_widths[step + 1]
             noise = problem.conditions.delta[step + 1] + 2.0 * load / widths[-1] * eta
-            least = max(1e-3 * widths[-1], pace * problem.center.rate[step])
+            least = units[step] * max(1e-3 * widths[-1], pace * problem.center.rate[step])
             wide = max(ratio * load, 3.0 * noise, least)
             widths.append(wide if fixed is None else fixed)
             if slot in kinds:
                 values[slot] = wide
             ahead = widths[-1] + problem.center.feed[step]
-        level = 1.3 * (load + ahead) + 1e-3 * widths[step]
+        level = 1.3 * (load + ahead) + 1e-3 * widths[step] * units[step]
         shapes.append(Shape(k=level / widths[step], M=0.0, epsilon=1.0, c=0.0, N=gains.N))
         for kind in (Kind.LINEAR, Kind.TANH, Kind.POWER, Kind.HEIGHT):
             if Slot(kind=kind, step=step) in kinds:

@@ -13,6 +13,7 @@ from bfppc_synth.bounds.residual import PerformanceResidual
 from bfppc_synth.gains.problem import assemble, log_limits
 from bfppc_synth.gains.tight_points import PointLoads
 from bfppc_synth.gains.traced import Traced, TracedArithmetic
+from bfppc_synth.gains.units import per_rate
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -34,6 +35,8 @@ LIMIT = "limit"
 LEAST_MISS, MOST_MISS = -0.5, 60.0
 SETTLED = 1e-5
 OWN_COST = 1e-4
+# Inequalities between feedback values: in units of x_{i+1}, and not of x_i as the other ones.
+FORCES = ("U1", "U2", "U2'", "T2")
 
 
 class CasadiNumbers:
@@ -97,9 +100,9 @@ class _Residual:
         return self._inner.gain_upper(index, self._lift(xi)).sx
 
     def gain_lower(self, index: int, xi: tuple[Any, ...]) -> Any:
-        value = self._inner.gain_lower(index, self._lift(xi)).sx
-        self.arithmetic.positive.append(value)
-        return value
+        value = self._inner.gain_lower(index, self._lift(xi))
+        self.arithmetic.keep_positive(value)
+        return value.sx
 
 
 class _Solver:
@@ -209,10 +212,13 @@ class Program:
             values_there = PointLoads(problem, shapes, widths, numbers, ca)
             rows += _pressed(values_there, points, shares)
         bounds = evaluate_chain(start, residual, numbers, problem.theorem.rules, loads)
+        units = per_rate(problem)
         inner = ca.exp(variables[count]) if self._needs_inner else None
         asked, self.names = [], []
         for demand in problem.theorem.demands(alternative, start, bounds, numbers, inner):
             floor = LEAST_RATE * widths[demand.step]
+            if demand.name in FORCES:
+                floor *= units[demand.step]
             asked.append(ca.log(demand.lhs) - ca.log(demand.rhs + floor) - room)
             self.names.append((demand.name, demand.step))
         if problem.limit is not None:

@@ -13,6 +13,7 @@ from bfppc_synth.gains.problem import Kind, Slot, assemble, is_free, patterns, s
 from bfppc_synth.gains.search import alternatives, fixed_design, linearized
 from bfppc_synth.gains.solve import Program
 from bfppc_synth.gains.tight_repair import Candidate, Repair, Widening
+from bfppc_synth.gains.units import per_rate
 from bfppc_synth.model.shapes import Shape
 
 if TYPE_CHECKING:
@@ -177,7 +178,7 @@ class _Loop:
 
     def _begun(self, share: float) -> dict[Slot, float] | None:
         """Start down the chain by tight loads: p_{i+1} a share of step i's load."""
-        problem = self._problem
+        problem, units = self._problem, per_rate(self._problem)
         values: dict[Slot, float] = {}
         shapes: tuple[Shape, ...] = ()
         widths: tuple[float, ...] = (problem.accuracy,)
@@ -190,10 +191,11 @@ class _Loop:
             if step + 1 < problem.order:
                 fixed = problem.half_widths[step + 1]
                 noise = 3.0 * problem.conditions.delta[step + 1]
-                wide = max(share * load, noise, 1e-3 * widths[-1]) if fixed is None else fixed
+                least = 1e-3 * widths[-1] * units[step]
+                wide = max(share * load, noise, least) if fixed is None else fixed
                 values[Slot(kind=Kind.WIDTH, step=step + 1)] = wide
                 widths, ahead = (*widths, wide), wide
-            level = 1.3 * (load + ahead) + 1e-3 * widths[step]
+            level = 1.3 * (load + ahead) + 1e-3 * widths[step] * units[step]
             for kind in (Kind.LINEAR, Kind.TANH, Kind.POWER, Kind.HEIGHT):
                 values[Slot(kind=kind, step=step)] = level
             values[Slot(kind=Kind.BEND, step=step)] = 0.7
@@ -240,7 +242,7 @@ def _free_values(
             values[slot] = _STRAIGHT
         else:
             # The whole level, whichever term has it now.
-            values[slot] = max(feedback(shape.generic, p, _NUMBERS), 1e-12)
+            values[slot] = max(feedback(shape.generic, p, _NUMBERS), 1e-100)
     return values
 
 

@@ -17,6 +17,7 @@ from bfppc_synth.gains.problem import Kind, Slot, assemble
 from bfppc_synth.gains.rounding import grown, rounded, scaled, to_digits
 from bfppc_synth.gains.solve import LEAST_RATE
 from bfppc_synth.gains.tight_points import Points
+from bfppc_synth.gains.units import per_rate
 from bfppc_synth.model.shapes import Shape
 from bfppc_synth.model.tight import Termwise, TightBounds
 
@@ -88,6 +89,7 @@ class Repair:
     ) -> None:
         self.judge, self._search = judge, search
         self._effort, self._widening = effort, widening
+        self._units = per_rate(judge.problem)
         self._found: dict[tuple[object, ...], Supremum] = {}
 
     def feasible(
@@ -236,7 +238,7 @@ class Repair:
         """load_i as it is claimed: what was found and its room, never above the termwise one."""
         found = self._load(step, shapes, half_widths)
         ahead = half_widths[step + 1] if step + 1 < len(half_widths) else 0.0
-        least = LEAST_RATE * half_widths[step]
+        least = LEAST_RATE * half_widths[step] * self._units[step]
         wide = max(found.upper, 0.0) + _ROOM * (max(found.upper, 0.0) + ahead) + 1e-3 * least
         termwise, factor = self._termwise(shapes, half_widths).load[step], self._widening.load[step]
         if math.isinf(factor):

@@ -27,6 +27,10 @@ class Traced:
     sign: int
 
 
+# Below this a value counts as 0, of which no share can be taken.
+_TINY = 1e-100
+
+
 class TracedArithmetic:
     """End-point arithmetic of the envelopes; collects what must stay positive.
 
@@ -155,7 +159,12 @@ class TracedArithmetic:
     def require_positive(self, value: Traced, subexpression: sp.Expr, reason: str) -> None:
         """Collect value > 0 as a constraint."""
         del subexpression, reason
-        self.positive.append(value.sx)
+        self.keep_positive(value)
+
+    def keep_positive(self, value: Traced) -> None:
+        """Collect value > 0, in shares of what it is at the smallest box: units do not matter."""
+        own = abs(value.near)
+        self.positive.append(value.sx / own if _TINY < own < math.inf else value.sx)
 
     def require_nonnegative(self, value: Traced, subexpression: sp.Expr, reason: str) -> None:
         """Collect value > 0 as a constraint (a hair stricter)."""

@@ -42,11 +42,25 @@ def read_document(path: Path) -> Document:
     PlantFileError
         If it cannot be read, is no YAML 1.2, or no mapping.
     """
-    data = _read_bytes(path)
-    source = _decode(str(path), data)
-    root, mistakes = build_tree(str(path), source)
+    return _document(str(path), _read_bytes(path))
+
+
+def document_of(path: str, source: str) -> Document:
+    """Read a text as if it stood in a file called ``path``.
+
+    Raises
+    ------
+    PlantFileError
+        As ``read_document``.
+    """
+    return _document(path, source.encode())
+
+
+def _document(path: str, data: bytes) -> Document:
+    source = _decode(path, data)
+    root, mistakes = build_tree(path, source)
     return Document(
-        path=str(path),
+        path=path,
         source=source,
         sha256=hashlib.sha256(data).hexdigest(),
         root=root,

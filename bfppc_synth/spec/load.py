@@ -9,7 +9,7 @@ from bfppc_synth.errors import PlantFileError
 from bfppc_synth.model.spec import Interval, ParameterSpec, PlantSpec
 from bfppc_synth.spec import build
 from bfppc_synth.spec.canonical import freeze_document
-from bfppc_synth.spec.document import read_document
+from bfppc_synth.spec.document import document_of, read_document
 from bfppc_synth.spec.notebook import Notebook
 from bfppc_synth.spec.reading import Reader
 from bfppc_synth.spec.rules import check_rules, unused_keys
@@ -40,6 +40,17 @@ def load_spec(path: str | PathLike[str]) -> PlantSpec:
         With all mistakes of the file, in file order.
     """
     return spec_of(read_document(Path(path)))
+
+
+def load_text(source: str, path: str) -> PlantSpec:
+    """Read the text of a plant file that no folder holds; ``path`` names it in sentences.
+
+    Raises
+    ------
+    PlantFileError
+        As ``load_spec``.
+    """
+    return spec_of(document_of(path, source))
 
 
 def spec_of(document: Document) -> PlantSpec:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from bfppc_synth.spec.kinds import Section
     from bfppc_synth.spec.notebook import Notebook
 
-_NEEDED: Final[dict[str, tuple[str, ...]]] = {
+NEEDED: Final[dict[str, tuple[str, ...]]] = {
     QuantizerKind.NONE: (),
     QuantizerKind.UNIFORM: ("step",),
     QuantizerKind.HYSTERESIS_UNIFORM: ("step", "hysteresis"),
@@ -20,7 +20,7 @@ _NEEDED: Final[dict[str, tuple[str, ...]]] = {
     RhoKind.COSINE: ("t_s",),
     RhoKind.EXPONENTIAL: ("rate",),
 }
-_OPTIONAL: Final[dict[str, tuple[str, ...]]] = {
+OPTIONAL: Final[dict[str, tuple[str, ...]]] = {
     QuantizerKind.UNIFORM: ("dead_zone",),
     RhoKind.COSINE: ("rate_bound",),
     RhoKind.EXPONENTIAL: ("floor", "rate_bound"),
@@ -30,9 +30,9 @@ _OPTIONAL: Final[dict[str, tuple[str, ...]]] = {
 def _check_keys(book: Notebook, path: str, section: Section) -> str:
     """Note missing and foreign keys; return the kind, empty where it is unreadable."""
     kind = book.text(f"{path}.kind", "")
-    if kind not in _NEEDED:
+    if kind not in NEEDED:
         return ""
-    needed, optional = _NEEDED[kind], _OPTIONAL.get(kind, ())
+    needed, optional = NEEDED[kind], OPTIONAL.get(kind, ())
     for key in needed:
         if not book.has(f"{path}.{key}"):
             book.blame_path(path, f"the key {key} is missing: kind {kind} needs it", f"add {key}")

@@ -91,7 +91,7 @@ def synthesize_theorem1(
             design = design_theorem1(problem, found, _judged(problem, found))
             break
         progress("proving")
-        design = design_theorem1(problem, found, _proved(problem, found, arithmetic))
+        design = design_theorem1(problem, found, proved_theorem1(problem, found, arithmetic))
         certificate = design.certificate
         require_signals(problem.plant, certificate.failures)
         fixed = not problem.is_free or any(not e.holds for e in certificate.assumption_checks)
@@ -101,9 +101,10 @@ def synthesize_theorem1(
     return replace(design, arithmetic=arithmetic)
 
 
-def _proved(
-    problem: Theorem1Problem, found: Theorem1Evaluation, arithmetic: Arithmetic
+def proved_theorem1(
+    problem: Theorem1Problem, found: Theorem1Evaluation, arithmetic: Arithmetic = DEFAULT
 ) -> Certificate:
+    """Write the certificate of a candidate and judge it."""
     from bfppc_synth.certificate.produce import judge, produce_certificate, tool_name
     from bfppc_synth.spec.canonical import plant_json
 

@@ -61,6 +61,23 @@ def test_an_editable_install_finds_the_same_templates(tmp_path: Path, unpacked: 
     assert names == templates(unpacked, str(unpacked))[1]
 
 
+def test_a_wheel_carries_the_examples_that_new_begins_with(unpacked: Path) -> None:
+    carried = unpacked / "bfppc_synth" / "examples"
+    names = [path.name for path in sorted((ROOT / "examples").iterdir())]
+    assert [path.name for path in sorted(carried.iterdir())] == names
+    probe = "from bfppc_synth.new_plant import templates; print(*templates())"
+    done = subprocess.run(
+        [sys.executable, "-c", probe],
+        cwd=unpacked,
+        env={"PYTHONPATH": str(unpacked)},
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
+    )
+    assert done.stdout.split() == [name.removesuffix(".yaml") for name in names]
+
+
 def test_a_wheel_carries_the_checker_and_no_tests(unpacked: Path) -> None:
     assert (unpacked / "bfppc_synth" / "certificate" / "checker.py").is_file()
     assert not (unpacked / "tests").exists()

@@ -5,7 +5,12 @@ from __future__ import annotations
 import jinja2
 import pytest
 
-from bfppc_synth.resources import ResourceError, template_environment, template_folder
+from bfppc_synth.resources import (
+    ResourceError,
+    example_folder,
+    template_environment,
+    template_folder,
+)
 
 
 def test_the_working_tree_has_templates():
@@ -28,6 +33,16 @@ def test_a_working_tree_has_them_beside_pyproject(tmp_path):
         template_folder(package)
     (tmp_path / "pyproject.toml").touch()
     assert template_folder(package) == tmp_path / "templates"
+
+
+def test_the_examples_are_found_as_the_templates_are(tmp_path):
+    assert (example_folder() / "van_der_pol.yaml").is_file()
+    package = tmp_path / "bfppc_synth"
+    package.mkdir()
+    with pytest.raises(ResourceError, match="no plant file can begin"):
+        example_folder(package)
+    (package / "examples").mkdir()
+    assert example_folder(package) == package / "examples"
 
 
 def test_a_name_that_is_not_given_is_an_error():

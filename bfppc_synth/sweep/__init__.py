@@ -1,0 +1,1 @@
+"""Certified trade-off curves: the same plant file with other numbers, point by point."""

@@ -1,0 +1,130 @@
+"""Chunks mapped over processes, in order; what is interrupted leaves no process behind."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import forkserver
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+    from multiprocessing.context import BaseContext
+
+A = TypeVar("A")
+B = TypeVar("B")
+
+# Loaded once by the process that the workers are copies of.
+_PRELOADED = ["bfppc_synth.sweep.solving", "bfppc_synth.gains.solve", "bfppc_synth.certificate"]
+
+
+def processors() -> int:
+    """Count the processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return max(1, len(os.sched_getaffinity(0)))
+    return max(1, os.cpu_count() or 1)
+
+
+@contextmanager
+def executor_of(workers: int) -> Iterator[Executor | None]:
+    """Yield an executor of processes; None where one is enough, and the caller works itself.
+
+    On an exception, Ctrl-C among them, the processes are ended and not waited for.
+    """
+    if workers <= 1:
+        yield None
+        return
+    context = _warm_context()
+    before = set(multiprocessing.active_children())
+    executor = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin)
+    try:
+        yield executor
+    except BaseException:
+        executor.shutdown(wait=False, cancel_futures=True)
+        for process in set(multiprocessing.active_children()) - before:
+            process.terminate()
+        raise
+    executor.shutdown()
+
+
+def _warm_context() -> BaseContext:
+    """Start the process that workers are copies of, with everything that they need imported."""
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    # Not fork: this process shows its progress in a thread.
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(_PRELOADED)
+    with _undisturbed():
+        forkserver.ensure_running()
+    # Ctrl-C may come while it imports; the workers after this start within milliseconds.
+    first = context.Process(target=_nothing)
+    first.start()
+    first.join()
+    return context
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Ignore Ctrl-C for a moment: a process that is started now ignores it from its first line."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+
+
+def _nothing() -> None:
+    """Be a process."""
+
+
+def _begin() -> None:
+    """Leave Ctrl-C to the process that was asked, and end with it however it ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def mapped(
+    executor: Executor | None,
+    work: Callable[[A], B],
+    chunks: Sequence[A],
+    done: Callable[[int], None],
+) -> list[B]:
+    """Apply ``work`` to every chunk, in any order; the results are in the chunks' order.
+
+    Parameters
+    ----------
+    executor : Executor or None
+        Anything with ``submit``; None works here, one chunk after the other.
+    work : callable
+        A function of a module, with a record as its argument and its result.
+    chunks : sequence
+        Independent of each other.
+    done : callable
+        Receives how many results there are so far.
+    """
+    results: list[B] = []
+    if executor is None:
+        for chunk in chunks:
+            results.append(work(chunk))
+            done(len(results))
+        return results
+    with _undisturbed():
+        futures = [executor.submit(work, chunk) for chunk in chunks]
+    for future in futures:
+        results.append(future.result())
+        done(len(results))
+    return results
