@@ -14,10 +14,15 @@ from bfppc_synth.model.arithmetic import Mathematics, Real
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-COMMANDS = ("synth", "check", "simulate", "verify", "export")
-LATER = ("campaign", "compare", "doctor", "new", "schema", "sweep")
+COMMANDS = ("synth", "check", "simulate", "verify", "campaign", "export")
+LATER = ("compare", "doctor", "new", "schema", "sweep")
 # Options that take the next word; needed to find the command behind them.
-VALUED = frozenset({"--out", "--seed", "--real", "--math", "--horizon", "--x0", "--to"})
+VALUED = frozenset(
+    {
+        *("--out", "--seed", "--real", "--math", "--horizon", "--x0", "--to"),
+        *("--run", "--runs", "--workers", "--cluster"),
+    }
+)
 
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Only errors.")]
@@ -44,6 +49,20 @@ Written = Annotated[
     Path | None, typer.Option("--out", metavar="DIR", help="Write the audit there [nowhere].")
 ]
 To = Annotated[str, typer.Option("--to", metavar="FORMAT", help="smt2 or coq.")]
+
+
+Runs = Annotated[int | None, typer.Option(metavar="N", help="How many runs [1000].")]
+Workers = Annotated[
+    int | None, typer.Option(metavar="W", help="Threads [one per processor]; results are the same.")
+]
+Cluster = Annotated[
+    str | None, typer.Option(metavar="tcp://HOST:PORT", help="Dask scheduler to run on instead.")
+]
+Resume = Annotated[bool, typer.Option("--resume", help="Go on where a campaign was stopped.")]
+Number = Annotated[
+    int | None, typer.Option("--run", metavar="K", help="Run K of the folder's campaign again.")
+]
+Plot = Annotated[bool, typer.Option("--plot", help="Write a picture of the run into DIR.")]
 
 
 def arrange(words: Sequence[str]) -> list[str]:
