@@ -16,7 +16,6 @@ from bfppc_synth.errors import BfppcError, UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
-    from concurrent.futures import Future
 
 T = TypeVar("T")
 
@@ -60,21 +59,12 @@ class Engine:
             for future in running:
                 future.cancel()
 
-    def _done(self, running: dict[Any, tuple[Any, ...]]) -> list[Future[Any]]:
-        if not self.remote:
-            return list(wait(running, return_when=FIRST_COMPLETED).done)
-        from distributed import wait as wait_remotely
+    def _done(self, running: dict[Any, tuple[Any, ...]]) -> list[Any]:
+        if isinstance(self.executor, _Submitting):
+            return self.executor.first(list(running))
+        return list(wait(running, return_when=FIRST_COMPLETED).done)
 
-        # A timeout now and then lets Ctrl-C through.
-        while True:
-            try:
-                return list(
-                    wait_remotely(list(running), timeout=1.0, return_when="FIRST_COMPLETED").done
-                )
-            except TimeoutError:
-                continue
-
-    def _result(self, future: Future[T]) -> T:
+    def _result(self, future: Any) -> Any:
         if not self.remote:
             return future.result()
         from distributed.client import FutureCancelledError
@@ -177,3 +167,20 @@ class _Submitting(Executor):
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Any:
         # Not pure: equal batches are not taken for one, and results are not kept.
         return self._client.submit(fn, *args, pure=False, **kwargs)
+
+    def first(self, futures: list[Any]) -> list[Any]:
+        """Wait for any of the futures; return all that are done."""
+        from distributed import wait as wait_remotely
+
+        while True:
+            try:
+                with self._client.as_current():
+                    found = wait_remotely(futures, timeout=1.0, return_when="FIRST_COMPLETED")
+                return list(found.done)
+            except TimeoutError:
+                # Now and then, so that Ctrl-C and a scheduler that is gone are seen.
+                if self._client.status not in {"running", "connecting"}:
+                    raise LostError(
+                        "--cluster: the scheduler is gone\n"
+                        "  fix: start it again; what is done is kept, --resume goes on"
+                    ) from None
