@@ -66,7 +66,9 @@ def do_batch(material: Material, seed: int, first: int, count: int, stop: Stop |
     for begin in range(first, first + count, _CALL):
         numbers = range(begin, min(begin + _CALL, first + count))
         for finished in make_runs(material, seed, numbers, stop):
-            tally.count(finished.number, finished.adversary, finished.ratios, finished.inside)
+            tally.count(
+                finished.number, finished.adversary, finished.ratios, inside=finished.inside
+            )
     return tally
 
 

@@ -105,9 +105,9 @@ def _lines(document: dict[str, object], finished: Finished) -> tuple[str, ...]:
     start = ", ".join(f"{value:.6g}" for value in finished.draw.start)
     ratios = document["ratios"]
     rows = ratios.items() if isinstance(ratios, dict) else ()
+    who = f"run {document['run']} of seed {document['seed']}, {document['horizon']:g} s"
     return (
-        f"{document['name']}: run {document['run']} of seed {document['seed']},"
-        f" {document['horizon']:g} s, adversary {finished.adversary.value}, from ({start}): {where}",
+        f"{document['name']}: {who}, adversary {finished.adversary.value}, from ({start}): {where}",
         *(f"  {name:<8} {100.0 * ratio:.2f} % of its bound" for name, ratio in rows),
     )
 

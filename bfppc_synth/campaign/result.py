@@ -74,7 +74,7 @@ def lay_out(material: Material, settings: Settings, tally: Tally) -> dict[str, A
         },
         "histograms": {
             "edges": [index / BINS for index in range(BINS + 1)],
-            **{name: row for name, row in zip(names, tally.bins, strict=True)},
+            **dict(zip(names, tally.bins, strict=True)),
         },
         "plant_sha256": settings.plant_sha256,
         "controller_sha256": settings.controller_sha256,

@@ -7,12 +7,12 @@ holds whole batches only, and goes on from them.
 from __future__ import annotations
 
 import json
+import math
 import os
 import secrets
 import shutil
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bfppc_synth.campaign.tally import Tally
@@ -20,6 +20,7 @@ from bfppc_synth.errors import UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
 SETTINGS = "settings.json"
 RESULT = "campaign.json"
@@ -98,21 +99,14 @@ class Store:
         if not path.is_file():
             return None
         try:
-            document = json.loads(path.read_text(encoding="utf-8"))
-            if document.pop("format") != _FORMAT:
-                raise ValueError
-            found = Settings(**document)
-            if not (
-                isinstance(found.seed, int)
-                and min(found.runs, found.batch) >= 1
-                and 0.0 < float(found.horizon) < float("inf")
-            ):
-                raise ValueError
-        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+            found = _settings(json.loads(path.read_text(encoding="utf-8")))
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            found = None
+        if found is None:
             raise UsageError(
                 f"{path.as_posix()}: is not the settings of a campaign; fix: remove"
                 f" {self.place.as_posix()}"
-            ) from error
+            )
         return found
 
     @property
@@ -162,6 +156,14 @@ class Store:
     def write(self, name: str, content: bytes) -> None:
         """Write a file in whole: staged beside its place, then renamed."""
         write_whole(self.place / name, content)
+
+
+def _settings(document: dict[str, Any]) -> Settings | None:
+    """Take the settings out of their JSON object; None where they make no sense."""
+    known = document.pop("format") == _FORMAT
+    found = Settings(**document)
+    sound = isinstance(found.seed, int) and min(found.runs, found.batch) >= 1
+    return found if known and sound and 0.0 < found.horizon < math.inf else None
 
 
 def write_whole(path: Path, content: bytes) -> None:

@@ -51,7 +51,7 @@ class Tally:
         )
 
     def count(
-        self, number: int, adversary: Adversary, ratios: tuple[float, ...], inside: bool
+        self, number: int, adversary: Adversary, ratios: tuple[float, ...], *, inside: bool
     ) -> None:
         """Count one run."""
         self.runs += 1

@@ -161,7 +161,7 @@ class ExactFollowing(FollowingTracking):
         if self._derivatives is not None:
             passed = normalized(self._derivatives(t))
         share = t / self._model.transition
-        return self._course(t, share if share < 1.0 else 1.0, *self._weights, *passed)
+        return self._course(t, min(share, 1.0), *self._weights, *passed)
 
     def middle(self, t: float, y_d: float) -> list[float]:
         """Return r_1..r_n; what has no value is infinite."""

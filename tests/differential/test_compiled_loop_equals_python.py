@@ -152,9 +152,7 @@ MORE = {
     "van der Pol": lambda: folder("van_der_pol"),
     "scheduled": lambda: scheduled(folder("theorem1_example_1")),
     "exact anchor": lambda: altered(
-        rough(
-            folder("paper_example_2"), period=1e-4, delay=0, quantizers=(uniform(1e-3),) * 2
-        ),
+        rough(folder("paper_example_2"), period=1e-4, delay=0, quantizers=(uniform(1e-3),) * 2),
         synthesis={"anchor": Anchor.EXACT},
     ),
     # With the platform's tanhf a controller.py of binary32 differs from its C in last digits.
@@ -243,9 +241,7 @@ def test_the_nominal_run_has_the_states_of_the_arrays(pair):
     punctual = replace(pair.axes, regular=replace(pair.axes.regular, delay=0.0))
     _, rows = pair.compiled.trace(draw, punctual, stride=1)
     horizon = pair.choices.horizon
-    found = simulate_nominal(
-        design, pair.python._controller, horizon=horizon, start=draw.start
-    )
+    found = simulate_nominal(design, pair.python._controller, horizon=horizon, start=draw.start)
     assert len(found.t) == len(rows)
     assert abs(rows[:, 1 : 1 + n] - found.x).max() <= tolerance
     assert abs(rows[:, 1 + n : 1 + 2 * n] - found.q).max() <= tolerance
