@@ -14,21 +14,16 @@ from bfppc_synth.model.arithmetic import Mathematics, Real
 if TYPE_CHECKING:
     from collections.abc import MutableMapping, Sequence
 
-COMMANDS = ("synth", "check", "simulate", "verify", "export", "sweep", "new", "schema", "doctor")
-LATER = ("campaign", "compare")
+COMMANDS = (
+    *("synth", "check", "simulate", "verify", "campaign", "sweep", "export"),
+    *("new", "schema", "doctor"),
+)
+LATER = ("compare",)
 # Options that take the next word; needed to find the command behind them.
 VALUED = frozenset(
     {
-        "--out",
-        "--seed",
-        "--real",
-        "--math",
-        "--horizon",
-        "--x0",
-        "--to",
-        "--over",
-        "--workers",
-        "--template",
+        *("--out", "--seed", "--real", "--math", "--horizon", "--x0", "--to"),
+        *("--run", "--runs", "--workers", "--cluster", "--over", "--template"),
     }
 )
 
@@ -74,6 +69,20 @@ Swept = Annotated[
 ]
 Workers = Annotated[int | None, typer.Option(metavar="N", help="Processes [one per processor].")]
 To = Annotated[str, typer.Option("--to", metavar="FORMAT", help="smt2 or coq.")]
+
+
+Runs = Annotated[int | None, typer.Option(metavar="N", help="How many runs [1000].")]
+Workers = Annotated[
+    int | None, typer.Option(metavar="W", help="Threads [one per processor]; results are the same.")
+]
+Cluster = Annotated[
+    str | None, typer.Option(metavar="tcp://HOST:PORT", help="Dask scheduler to run on instead.")
+]
+Resume = Annotated[bool, typer.Option("--resume", help="Go on where a campaign was stopped.")]
+Number = Annotated[
+    int | None, typer.Option("--run", metavar="K", help="Run K of the folder's campaign again.")
+]
+Plot = Annotated[bool, typer.Option("--plot", help="Write a picture of the run into DIR.")]
 
 
 def arrange(words: Sequence[str]) -> list[str]:

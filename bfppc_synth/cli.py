@@ -14,6 +14,7 @@ import typer
 
 from bfppc_synth.arguments import COMMANDS, LATER, arrange, arrange_completion
 from bfppc_synth.commands import (
+    campaign,
     check,
     doctor,
     export,
@@ -65,8 +66,9 @@ for _command in (
     check.check,
     simulate.simulate,
     verify.verify,
-    export.export,
+    campaign.campaign,
     sweep.sweep,
+    export.export,
     new.new,
     schema.schema,
     doctor.doctor,

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from bfppc_synth.model.arithmetic import Arithmetic
     from bfppc_synth.model.design import Design
+    from bfppc_synth.model.trajectory import Trajectory
 
 __all__ = [
     "Options",
@@ -54,6 +55,10 @@ class Uncertified(Enum):
 
 def _silent(message: str) -> None:
     del message
+
+
+def _unseen(nominal: Trajectory) -> None:
+    del nominal
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -146,8 +151,9 @@ def simulate(
     start: Mapping[str, float],
     seed: int | None,
     progress: Callable[[str], None],
+    show: Callable[[Trajectory], None] = _unseen,
 ) -> Outcome:
-    """Run the controller of a folder again; writes nothing.
+    """Run the controller of a folder again; ``show`` gets the nominal run.
 
     Raises
     ------
@@ -170,6 +176,7 @@ def simulate(
     text = (folder / "controller.py").read_text(encoding="utf-8")
     evidence = simulate_design(design, controller=text, horizon=horizon, start=start or None)
     nominal = evidence.nominal
+    show(nominal)
     inside = evidence.within_bounds
     document: dict[str, object] = {
         "format": "bfppc-synth/simulation/1",

@@ -67,6 +67,31 @@ class Voice:
         with Console(stderr=True).status("reading") as status:
             yield lambda message: status.update(escape(message))
 
+    @contextmanager
+    def bar(self, total: int) -> Iterator[Callable[[int], None]]:
+        """Yield what is told how many runs more are done; shows rate and time left."""
+        if self.quiet or not sys.stderr.isatty():
+            yield lambda _more: None
+            return
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+        from rich.progress import TimeRemainingColumn as TimeLeft
+
+        rate = TextColumn("{task.fields[rate]}")
+        columns = (BarColumn(), MofNCompleteColumn(), rate, TimeLeft(), TextColumn("left"))
+        # A minute and more between two batches still counts for the estimate.
+        with Progress(
+            *columns, console=Console(stderr=True), speed_estimate_period=600.0, transient=True
+        ) as progress:
+            task = progress.add_task("runs", total=total, rate="")
+
+            def done(more: int) -> None:
+                progress.advance(task, more)
+                speed = progress.tasks[0].speed
+                progress.update(task, rate=f"{speed:.0f} runs/s" if speed else "")
+
+            yield done
+
     def settle(self, work: Callable[[], int]) -> int:
         """Run ``work``; whatever happens becomes an exit code, nobody sees a traceback unasked."""
         try:

@@ -8,6 +8,8 @@ from bfppc_synth.arguments import (
     Folder,
     Horizon,
     Json,
+    Number,
+    Plot,
     Quiet,
     Seed,
     Start,
@@ -23,6 +25,8 @@ def simulate(
     *,
     horizon: Horizon = None,
     x0: Start = None,
+    run: Number = None,
+    plot: Plot = False,
     as_json: Json = False,
     quiet: Quiet = False,
     seed: Seed = None,
@@ -34,13 +38,18 @@ def simulate(
         require_folder(folder)
         if horizon is not None and not 0.0 < horizon < float("inf"):
             raise UsageError(f"--horizon {horizon}: not a positive time; fix: write --horizon 10")
-        from bfppc_synth import pipeline
+        if run is not None and x0:
+            raise UsageError("--run and --x0 exclude each other; fix: leave one out")
+        from bfppc_synth.campaign import showing
 
-        start = initial_state(x0 or [])
         with voice.progress() as progress:
-            outcome = pipeline.simulate(
-                folder, horizon=horizon, start=start, seed=seed, progress=progress
-            )
+            if run is not None:
+                outcome = showing.show_run(folder, run, seed=seed, horizon=horizon, plot=plot)
+            else:
+                start = initial_state(x0 or [])
+                outcome = showing.show_nominal(
+                    folder, horizon=horizon, start=start, seed=seed, plot=plot, progress=progress
+                )
         return voice.tell(outcome)
 
     raise typer.Exit(voice.settle(work))

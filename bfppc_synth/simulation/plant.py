@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     Advance = Callable[..., tuple[float, ...]]
 
 
-_IMPORTS = (
+IMPORTS = (
     "from math import asinh, atan, copysign, cos, cosh, exp, log, nan, pow, sin, sinh, sqrt, tan, "
     "tanh"
 )
@@ -101,20 +101,8 @@ def compile_plant(plant: Plant) -> Dynamics:
     ----------
     docs/theory.md sections 1 (odd roots) and 2 (what center performance takes as truth).
     """
-    blocks = [_IMPORTS]
-    declared = any(
-        bound is not None
-        for channel in plant.channels
-        for bound in (channel.f_bound, channel.g_bound, channel.g_min)
-    )
-    writers: dict[str, _Writer] = {"model": _model_channel}
-    if declared:
-        writers["bounds"] = _bounded_channel
-    for name, writer in writers.items():
-        blocks.extend((_coefficients_text(plant, name, writer), _advance_text(plant, name, writer)))
-    if plant.reference is not None:
-        blocks.append(_reference_text(plant, plant.reference))
-    module = load_text("\n\n".join(blocks), name="simulated_plant", origin="<simulated plant>")
+    module = load_text(plant_text(plant), name="simulated_plant", origin="<simulated plant>")
+    writers = _writers(plant)
     truths = {
         name: Truth(
             coefficients=getattr(module, f"coefficients_{name}"),
@@ -132,6 +120,33 @@ def compile_plant(plant: Plant) -> Dynamics:
         bounds=truths.get("bounds"),
         reference=getattr(module, "reference", None),
     )
+
+
+def plant_text(plant: Plant) -> str:
+    """Write the plant's right-hand sides as a Python module: the C loop is made from it too.
+
+    Functions ``coefficients_NAME`` and ``advance_NAME`` of the truths that the plant has, as in
+    ``Truth``, and ``reference`` where there is one.
+    """
+    blocks = [IMPORTS]
+    for name, writer in _writers(plant).items():
+        blocks.extend((_coefficients_text(plant, name, writer), _advance_text(plant, name, writer)))
+    if plant.reference is not None:
+        blocks.append(_reference_text(plant, plant.reference))
+    return "\n\n".join(blocks)
+
+
+def _writers(plant: Plant) -> dict[str, _Writer]:
+    """Name the truths of a plant: one more where a channel declares a bound."""
+    declared = any(
+        bound is not None
+        for channel in plant.channels
+        for bound in (channel.f_bound, channel.g_bound, channel.g_min)
+    )
+    writers: dict[str, _Writer] = {"model": _model_channel}
+    if declared:
+        writers["bounds"] = _bounded_channel
+    return writers
 
 
 if TYPE_CHECKING:

@@ -139,6 +139,17 @@ class StagedTracking(Tracking):
         shape = self._at(t).shapes[-1]
         return -feedback(shape, self.now(t, x, y_d)[-1], math.tanh, shape.k)
 
+    def middle(self, t: float, y_d: float) -> list[float]:
+        """Return r_1..r_n of the last stage begun."""
+        r = self._center(self._epochs[-1], t)
+        r[0] += y_d
+        return r
+
+    def law(self, t: float) -> tuple[Gain, ...]:
+        """Return the gains of the last stage begun."""
+        del t
+        return self._epochs[-1].shapes
+
     def _at(self, t: float) -> _Epoch:
         return next(epoch for epoch in reversed(self._epochs) if t >= epoch.since)
 

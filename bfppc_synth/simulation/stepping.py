@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from bfppc_synth.bounds.funnel_values import funnel_values
 from bfppc_synth.simulation.crossing import Crossing, Point
@@ -63,6 +63,24 @@ class Nature(Protocol):
         """Return the age at which the next command starts to act [s]."""
 
 
+@runtime_checkable
+class Irregular(Protocol):
+    """A nature that also chooses the time between samples; others sample at every period."""
+
+    def gap(self, substeps: int) -> int:
+        """Return how many plant steps the next sample is away, at most ``substeps``."""
+
+
+class Judging(Protocol):
+    """Another way to take the errors of a run than by arrays: see ``simulation.exact``."""
+
+    def following(self, start: Start, nature: Nature) -> FollowingTracking | None:
+        """Return the center of a design that has a nominal one."""
+
+    def recorder(self, step: float, tracking: Tracking, nature: Nature, stride: int) -> Recorder:
+        """Return what judges the rows of the run."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Setting:
     """What the runs of one design have in common."""
@@ -71,6 +89,7 @@ class Setting:
     controller: type[Controller]
     scheme: Scheme
     samples: int
+    judging: Judging | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -131,16 +150,24 @@ class _Loop:
         self.measured = self._measure(nature.start)
         start = Start(true=nature.start, measured=tuple(self.measured), reference=nature.y_d(0.0))
         self.staged = StagedTracking(design, start) if design.stages else None
-        self.following = _following(design, nature, start)
+        judging = setting.judging
+        self.following: FollowingTracking | None = None
+        if judging is not None:
+            self.following = judging.following(start, nature)
+        elif design.nominal is not None:
+            self.following = FollowingTracking(design, design.nominal, start, nature.derivatives)
         tracking = self.staged or self.following or Tracking(design, start)
         nature.begin(tracking)
-        self.recorder = Recorder(
-            scheme.step,
-            tracking,
-            nature.y_d,
-            stride=stride,
-            funnel=partial(funnel_values, design.plant),
-        )
+        if judging is not None:
+            self.recorder = judging.recorder(scheme.step, tracking, nature, stride)
+        else:
+            self.recorder = Recorder(
+                scheme.step,
+                tracking,
+                nature.y_d,
+                stride=stride,
+                funnel=partial(funnel_values, design.plant),
+            )
 
     def _measure(self, x: Sequence[float]) -> Sequence[float]:
         noise = self.action.noise
@@ -158,15 +185,18 @@ class _Loop:
         u = 0.0
         # (when it acts, command): later commands never overtake earlier ones.
         pending: deque[tuple[float, float]] = deque()
-        last = self.setting.samples * substeps
+        last, due = self.setting.samples * substeps, 0
+        gap = nature.gap if isinstance(nature, Irregular) else int
         for k in range(last + 1):
             now, end = k * h, (k + 1) * h
             if k >= action.until:
                 self.action = action = nature.act(k, now, x)
-            if k % substeps == 0:
+            if k == due:
+                due = k + gap(substeps)
                 if k:
                     measured = self._measure(x)
-                now = k // substeps * scheme.sample
+                if k % substeps == 0:
+                    now = k // substeps * scheme.sample
                 command = controller.step(now, measured, passed(now))
                 if staged is not None and controller.stage != staged.stage:
                     y_d = nature.y_d(now)
@@ -239,13 +269,6 @@ class _Loop:
             if len(recorder.rows) >= BATCH and not recorder.flush():
                 return False
         return True
-
-
-def _following(design: Design, nature: Nature, start: Start) -> FollowingTracking | None:
-    """Take the errors around what the nominal plant follows, with that center only."""
-    if design.nominal is None:
-        return None
-    return FollowingTracking(design, design.nominal, start, nature.derivatives)
 
 
 def _exact_on_center(pairs: Sequence[float], defect: Sequence[float]) -> tuple[float, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -96,6 +97,33 @@ class Tracking:
             carried = feedback(shape, result[-1], math.tanh, self._slope(shape, t))
         return result
 
+    def exact(self, t: float, x: Sequence[float], y_d: float) -> tuple[list[float], list[float]]:
+        """Return e_1..e_n and r_1..r_n at one moment t [s], as the compiled loop rounds them.
+
+        The operations are those of ``errors``, with the platform's own tanh; an error that is
+        no number is the largest one that there is.
+        """
+        r = self.middle(t, y_d)
+        e: list[float] = []
+        carried = 0.0
+        for state, middle, shape in zip(x, r, self.law(t), strict=True):
+            error = state - middle + carried
+            carried = unbounded(shape, error, self._slope(shape, t))
+            e.append(error if math.isfinite(error) else sys.float_info.max)
+        return e, r
+
+    def middle(self, t: float, y_d: float) -> list[float]:
+        """Return r_1..r_n at one moment t [s]."""
+        pairs = zip(self._scales, self._rhos, strict=True)
+        r = [scale * self._performance[rho](t) for scale, rho in pairs]
+        r[0] = r[0] + y_d
+        return r
+
+    def law(self, t: float) -> tuple[Gain, ...]:
+        """Return the gains in force at the time t [s]."""
+        del t
+        return self._shapes
+
     def _slope(self, shape: Gain, t: float) -> float:
         """Linear gain at the time t [s]: Theorem 1 may schedule it by rho."""
         if isinstance(shape, Theorem1Gain):
@@ -111,6 +139,14 @@ def feedback(shape: Gain, e: T, tanh: Callable[[T], T], slope: Any) -> T:
     if shape.c != 0.0:
         total = total + shape.c * e**shape.N
     return total
+
+
+def unbounded(shape: Gain, e: float, slope: float) -> float:
+    """Evaluate phi(e) where e**N may exceed every number: infinity then."""
+    try:
+        return feedback(shape, e, math.tanh, slope)
+    except OverflowError:
+        return math.copysign(math.inf, e)
 
 
 def performance_function(spec: RhoSpec) -> Callable[[float], float]:
