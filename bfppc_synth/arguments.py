@@ -43,7 +43,10 @@ Starts = Annotated[
 Written = Annotated[
     Path | None, typer.Option("--out", metavar="DIR", help="Write the audit there [nowhere].")
 ]
-To = Annotated[str, typer.Option("--to", metavar="FORMAT", help="smt2 or coq.")]
+To = Annotated[
+    str,
+    typer.Option("--to", metavar="FORMAT", help="smt2, coq, fmu2, fmu3, control or casadi."),
+]
 
 
 def arrange(words: Sequence[str]) -> list[str]:
