@@ -82,7 +82,17 @@ def export_model(folder: Path, target: ModelTarget) -> ExportedModel:
     certified = _read(folder)
     if target in (ModelTarget.FMU2, ModelTarget.FMU3):
         return _export_fmu(folder, target, certified)
-    raise UsageError(f"--to {target}: not yet")
+    path = f"interop/{certified.law.name}_{target}.py"
+    text = _control(certified) if target is ModelTarget.CONTROL else _casadi(certified)
+    _write(folder, {path: text.encode()})
+    staged = target is ModelTarget.CONTROL and certified.law.switching is not None
+    left_out = ("continuous: a law with stages has a memory that jumps; sampled() has it",)
+    return ExportedModel(
+        name=certified.law.name,
+        target=target,
+        files=(path,),
+        left_out=left_out if staged else (),
+    )
 
 
 def _read(folder: Path) -> _Certified:
@@ -196,6 +206,34 @@ def _export_fmu(folder: Path, target: ModelTarget, certified: _Certified) -> Exp
         notes=tuple(notes),
         step=steps.delayed or 0.0,
     )
+
+
+def _casadi(certified: _Certified) -> str:
+    from bfppc_synth.codegen.pure import render_casadi
+
+    return render_casadi(certified.law, certified.provenance)
+
+
+def _control(certified: _Certified) -> str:
+    from bfppc_synth.codegen.control import PlantText, render_control
+    from bfppc_synth.simulation.plant import (
+        IMPORTS,
+        argument_names,
+        compile_plant,
+        model_text,
+        modelled,
+    )
+
+    plant = certified.design.plant
+    if certified.design.nominal is not None:
+        plant = modelled(plant)
+    text = PlantText(
+        imports=IMPORTS,
+        functions=model_text(plant),
+        arguments=tuple(argument_names(plant)),
+        nominal=compile_plant(plant).nominal,
+    )
+    return render_control(certified.law, certified.provenance, text)
 
 
 def _write(folder: Path, files: dict[str, bytes]) -> None:

@@ -253,7 +253,7 @@ def export(folder: Path, target: str) -> Outcome:
     known = (*Target, *ModelTarget)
     if target not in known:
         raise UsageError(f"--to {target}: {target} is no format; fix: use {' or '.join(known)}")
-    document: dict[str, object]
+    more: dict[str, object]
     if target in tuple(ModelTarget):
         model = export_model(folder, ModelTarget(target))
         name, files, left_out, notes = model.name, model.files, model.left_out, model.notes
@@ -262,7 +262,7 @@ def export(folder: Path, target: str) -> Outcome:
         claims = export_claims(folder, Target(target))
         name, files, left_out, notes = claims.name, claims.files, claims.left_out, ()
         more = {"claims": list(claims.claims)}
-    document = {
+    document: dict[str, object] = {
         "format": "bfppc-synth/export/1",
         "name": name,
         "status": "exported",

@@ -98,7 +98,10 @@ def proved_step(
         except checker.Refusal:
             continue
         # What was proved point by point, and the clamp, must be what this timing needs too.
-        kept = again.box == found.box and again.enclosures["U"][1] <= Fraction(design.u_max) * checker.ONE
+        kept = (
+            again.box == found.box
+            and again.enclosures["U"][1] <= Fraction(design.u_max) * checker.ONE
+        )
         if kept and all(map(holds, alternatives(again))):
             return step
     return 0.0

@@ -158,13 +158,19 @@ def sentences(law: Law, steps: Steps, standard: Standard) -> tuple[str, ...]:
         " this controller is not certified."
     )
     told = [
-        "Model Exchange has no delay: u follows the inputs. The start is latched when"
-        " Continuous-Time Mode is first entered; from then on the samples that count are those"
-        " of completed integrator steps and events.",
-        "Co-Simulation adds one communication step of delay: u after a step is the command for"
-        f" the inputs at its beginning. {reach}",
-        "Inputs are what the controller measures: the states after quantizer and noise, within"
-        " the resolution of the plant file. The importing tool has to quantize.",
+        (
+            "Model Exchange has no delay: u follows the inputs. The start is latched when"
+            " Continuous-Time Mode is first entered; from then on the samples that count are"
+            " those of completed integrator steps and events."
+        ),
+        (
+            "Co-Simulation adds one communication step of delay: u after a step is the command"
+            f" for the inputs at its beginning. {reach}"
+        ),
+        (
+            "Inputs are what the controller measures: the states after quantizer and noise,"
+            " within the resolution of the plant file. The importing tool has to quantize."
+        ),
     ]
     if standard is Standard.FMI3:
         told.insert(

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     Advance = Callable[..., tuple[float, ...]]
 
 
-_IMPORTS = (
+#: What the text of a plant calls.
+IMPORTS = (
     "from math import asinh, atan, copysign, cos, cosh, exp, log, nan, pow, sin, sinh, sqrt, tan, "
     "tanh"
 )
@@ -101,7 +102,7 @@ def compile_plant(plant: Plant) -> Dynamics:
     ----------
     docs/theory.md sections 1 (odd roots) and 2 (what center performance takes as truth).
     """
-    blocks = [_IMPORTS]
+    blocks = [IMPORTS]
     declared = any(
         bound is not None
         for channel in plant.channels
@@ -132,6 +133,15 @@ def compile_plant(plant: Plant) -> Dynamics:
         bounds=truths.get("bounds"),
         reference=getattr(module, "reference", None),
     )
+
+
+def model_text(plant: Plant) -> str:
+    """Write ``coefficients_model`` and ``advance_model`` (see ``Truth``) for other programs.
+
+    The text calls what ``IMPORTS`` imports; its last arguments are those of ``argument_names``.
+    """
+    writers = (_coefficients_text, _advance_text)
+    return "\n\n\n".join(write(plant, "model", _model_channel) for write in writers)
 
 
 if TYPE_CHECKING:
@@ -196,7 +206,8 @@ def _disturbed(
     return out.add(force, out.mul(f"w{number}", evaluate(channel.disturbance, values, out)))
 
 
-def _argument_names(plant: Plant) -> list[str]:
+def argument_names(plant: Plant) -> list[str]:
+    """Name what the certificate leaves open, in the order of ``Dynamics.nominal``."""
     names = [f"a{index}" for index in range(1, len(plant.parameters) + 1)]
     return names + [f"{kind}{i}" for kind in "wbm" for i in range(1, plant.order + 1)]
 
@@ -217,7 +228,7 @@ def _coefficients_text(plant: Plant, name: str, writer: _Writer) -> str:
     out = Statements()
     pairs = _channels(plant, states, writer, out)
     result = ", ".join(f"{force}, {gain}" for force, gain in pairs)
-    head = ", ".join(["t", *states, *_argument_names(plant)])
+    head = ", ".join(["t", *states, *argument_names(plant)])
     body = [*out.lines, f"return ({result})"]
     return "\n    ".join([f"def coefficients_{name}({head}):", *body])
 
@@ -242,7 +253,7 @@ def _advance_text(plant: Plant, name: str, writer: _Writer) -> str:
     body.append("sixth = h / 6.0")
     sums = (f"x{i} + sixth * (k1_{i} + 2.0 * (k2_{i} + k3_{i}) + k4_{i})" for i in order)
     body.append(f"return ({', '.join(sums)},)")
-    head = ", ".join(["t", "h", *states, "u", *_argument_names(plant)])
+    head = ", ".join(["t", "h", *states, "u", *argument_names(plant)])
     return "\n    ".join([f"def advance_{name}({head}):", *body])
 
 
