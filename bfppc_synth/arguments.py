@@ -67,13 +67,16 @@ Over = Annotated[
 Swept = Annotated[
     Path | None, typer.Option("--out", metavar="DIR", help="Write the sweep there [nowhere].")
 ]
-Workers = Annotated[int | None, typer.Option(metavar="N", help="Processes [one per processor].")]
-To = Annotated[str, typer.Option("--to", metavar="FORMAT", help="smt2 or coq.")]
+To = Annotated[
+    str,
+    typer.Option("--to", metavar="FORMAT", help="smt2, coq, fmu2, fmu3, control or casadi."),
+]
 
 
 Runs = Annotated[int | None, typer.Option(metavar="N", help="How many runs [1000].")]
 Workers = Annotated[
-    int | None, typer.Option(metavar="W", help="Threads [one per processor]; results are the same.")
+    int | None,
+    typer.Option(metavar="W", help="How many at once [one per processor]; same results."),
 ]
 Cluster = Annotated[
     str | None, typer.Option(metavar="tcp://HOST:PORT", help="Dask scheduler to run on instead.")

@@ -42,9 +42,6 @@ NOT_COVERED = (
     " faster; fix: a smaller simulation.period, or set sampling.period"
 )
 
-# Formats of DIR/interop that later versions write.
-LATER_FORMATS = ("fmu2", "fmu3", "control", "casadi")
-
 
 class Uncertified(Enum):
     """What to do with a design that is not certified."""
@@ -247,30 +244,41 @@ def _covered(design: Design) -> bool:
 
 
 def export(folder: Path, target: str) -> Outcome:
-    """Write the claims of a certified folder for another prover.
+    """Write a certified folder for another tool: its claims, or its controller.
 
     Raises
     ------
     UsageError
-        If the format is none of this version's, or the folder cannot be read.
+        If the format is none of this version's, the folder cannot be read, or the format has
+        no form for its law.
+    NotCertifiedError
+        If the folder does not verify.
     """
     from bfppc_synth.export import Target, export_claims
+    from bfppc_synth.export_models import ModelTarget, export_model
 
-    known = tuple(Target)
+    known = (*Target, *ModelTarget)
     if target not in known:
-        later = "is not available in this version" if target in LATER_FORMATS else "is no format"
-        raise UsageError(f"--to {target}: {target} {later}; fix: use {' or '.join(known)}")
-    exported = export_claims(folder, Target(target))
+        raise UsageError(f"--to {target}: {target} is no format; fix: use {' or '.join(known)}")
+    more: dict[str, object]
+    if target in tuple(ModelTarget):
+        model = export_model(folder, ModelTarget(target))
+        name, files, left_out, notes = model.name, model.files, model.left_out, model.notes
+        more = {} if model.step is None else {"largest_communication_step": model.step}
+    else:
+        claims = export_claims(folder, Target(target))
+        name, files, left_out, notes = claims.name, claims.files, claims.left_out, ()
+        more = {"claims": list(claims.claims)}
     document: dict[str, object] = {
         "format": "bfppc-synth/export/1",
-        "name": exported.name,
+        "name": name,
         "status": "exported",
-        "target": exported.target.value,
-        "files": list(exported.files),
-        "claims": list(exported.claims),
-        "left_out": list(exported.left_out),
+        "target": target,
+        "files": list(files),
+        **more,
+        "left_out": list(left_out),
     }
-    messages = tuple(f"not exported: {line}" for line in exported.left_out)
+    messages = (*(f"not exported: {line}" for line in left_out), *notes)
     return Outcome(exit_code=0, folder=None, document=document, messages=messages)
 
 

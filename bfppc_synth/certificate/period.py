@@ -54,6 +54,60 @@ def proved_period(
     return 0.0
 
 
+def proved_step(
+    plant_document: Mapping[str, Any], design_document: Mapping[str, Any], estimate: float
+) -> float:
+    """Find a communication step whose own delay the certificate covers.
+
+    A sample is taken every step, and its command acts one step later: period H, and a delay
+    of H on top of the declared one.
+
+    Parameters
+    ----------
+    plant_document, design_document
+        As in ``proved_period``.
+    estimate : float
+        A period [s] without that delay, such as ``proved_period`` gives.
+
+    Returns
+    -------
+    float
+        H [s], to three digits, at which every inequality of the same gains holds; 0 where none
+        of those tried is proved, and for every method but unified: the others are continuous,
+        or have stages that are watched for the declared timing.
+
+    References
+    ----------
+    docs/theory.md section 3, Timing: a command acts within tau of its sample.
+    """
+    design = checker.read_design(dict(design_document))
+    found = design.obligations(plant_document)
+    if found.problem.method != "unified":
+        return 0.0
+    declared = checker.to_doubles(found.problem.delay)[1]
+    for share in _SHARES:
+        # (U2) reads h + tau, which is then 2 H and the declared delay.
+        step = _rounded_down(0.5 * share * estimate)
+        if step <= 0.0:
+            continue
+        document = copy.deepcopy(dict(plant_document))
+        timing = document["plant"].setdefault("sampling", {})
+        timing["period"] = repr(step)
+        timing["delay"] = repr(math.nextafter(step + declared, math.inf))
+        try:
+            again = design.obligations(document)
+        except checker.Refusal:
+            continue
+        # What was proved point by point, and the clamp, must be what this timing needs too.
+        kept = (
+            again.box == found.box
+            and again.enclosures["U"][1] <= Fraction(design.u_max) * checker.ONE
+        )
+        if kept and all(map(holds, alternatives(again))):
+            return step
+    return 0.0
+
+
 def _holds(
     plant_document: Mapping[str, Any], design: Design, found: Obligations, period: float
 ) -> bool:

@@ -58,7 +58,7 @@ def render_controller(law: Law, provenance: Provenance) -> str:
     reference = None
     if law.reference is not None:
         program = render(law.reference.statements, (law.reference.value,), syntax)
-        lines = _assigned(program.lines, indent=4)
+        lines = assigned(program.lines, indent=4)
         reference = {"lines": lines, "value": program.results[0]}
     # Rounding of a law in binary32 is written out: Python has no such numbers.
     rounds = law.arithmetic.single
@@ -75,8 +75,8 @@ def render_controller(law: Law, provenance: Provenance) -> str:
         offset=syntax.rounded("x_1 - y_d"),
         portable=_portable(law, syntax),
         real_limit=repr(law.arithmetic.largest),
-        certified=[_constant_line(constant, syntax) for constant in law.certified],
-        limits=[_constant_line(constant, syntax) for constant in law.limits],
+        certified=[constant_line(constant, syntax) for constant in law.certified],
+        limits=[constant_line(constant, syntax) for constant in law.limits],
         derived=[f"{line.target} = {line.text}" for line in derived.lines],
         order=law.order,
         states=unpacking(law),
@@ -88,8 +88,8 @@ def render_controller(law: Law, provenance: Provenance) -> str:
         latch=_latch(law, syntax),
         latched=latched_values(law, syntax),
         start=[_within(test) for test in law.start],
-        center=_assigned(center.lines, indent=8),
-        feedback=_assigned(feedback.lines, indent=8),
+        center=assigned(center.lines, indent=8),
+        feedback=assigned(feedback.lines, indent=8),
         tube=[*(_within(test) for test in law.tube), *_followed(law)],
         switching=_switching(law, syntax),
         # Printing the statements above has collected what they call.
@@ -109,13 +109,14 @@ def _latch(law: Law, syntax: PythonSyntax) -> dict[str, object] | None:
     signals = render(latch.signals, latched_signals(law), syntax)
     start = render(latch.statements, latch.values, syntax)
     return {
-        "signals": _assigned(signals.lines, indent=8),
-        "start": _assigned(start.lines, indent=12),
+        "signals": assigned(signals.lines, indent=8),
+        "start": assigned(start.lines, indent=12),
         "offset": latched_offset(law, syntax),
     }
 
 
-def _constant_line(constant: NamedConstant, syntax: Syntax) -> str:
+def constant_line(constant: NamedConstant, syntax: Syntax) -> str:
+    """Write a constant of the law on a line of its own."""
     value = constant.value
     return f"{constant.name} = {value if isinstance(value, int) else syntax.literal(value)}"
 
@@ -132,7 +133,7 @@ def _portable(law: Law, syntax: PythonSyntax) -> list[dict[str, object]]:
             "name": function.name,
             "summary": function.summary,
             "parameters": ", ".join(f"{name}: float" for name in function.parameters),
-            "lines": _assigned(render(function.statements, (), syntax).lines, indent=4),
+            "lines": assigned(render(function.statements, (), syntax).lines, indent=4),
             "value": render((), (function.value,), syntax).results[0],
         }
         for function in law.functions
@@ -178,7 +179,7 @@ def _switching(law: Law, syntax: PythonSyntax) -> dict[str, object] | None:
         stages.append(
             {
                 "number": number,
-                "lines": _assigned(program.lines, indent=4),
+                "lines": assigned(program.lines, indent=4),
                 "stays": [_within(test) for test in stage.stays],
                 "expected": [_within(test) for test in stage.expected],
             }
@@ -189,7 +190,7 @@ def _switching(law: Law, syntax: PythonSyntax) -> dict[str, object] | None:
         "result_type": _floats(law.order + 1),
         "read": ", ".join(read),
         "parameters": ", ".join(f"{name}: float" for name in read),
-        "center_lines": _assigned(center.lines, indent=4),
+        "center_lines": assigned(center.lines, indent=4),
         "center_results": ", ".join(read[law.order :]),
         "center_type": "float" if law.order == 1 else f"tuple[{_floats(law.order)}]",
         "center_parameters": [f"{name}: float" for name, _ in passed],
@@ -225,7 +226,7 @@ def unpacking(law: Law) -> str:
     return f"({names[0]},)" if law.order == 1 else ", ".join(names)
 
 
-def _assigned(lines: tuple[Line, ...], *, indent: int) -> list[str]:
+def assigned(lines: tuple[Line, ...], *, indent: int) -> list[str]:
     """Write results as assignments; a long one goes on in the next line."""
     assigned: list[str] = []
     for line in lines:

@@ -9,7 +9,7 @@ from bfppc_synth.voice import Voice
 
 
 def export(folder: Folder, *, to: To, as_json: Json = False, quiet: Quiet = False) -> None:
-    """Write a certified folder's claims for other provers into DIR/interop."""
+    """Write a certified folder for other provers or simulators into DIR/interop."""
     voice = Voice(as_json=as_json, quiet=quiet)
 
     def work() -> int:

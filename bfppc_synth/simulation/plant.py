@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     Advance = Callable[..., tuple[float, ...]]
 
 
+#: What the text of a plant calls.
 IMPORTS = (
     "from math import asinh, atan, copysign, cos, cosh, exp, log, nan, pow, sin, sinh, sqrt, tan, "
     "tanh"
@@ -149,6 +150,15 @@ def _writers(plant: Plant) -> dict[str, _Writer]:
     return writers
 
 
+def model_text(plant: Plant) -> str:
+    """Write ``coefficients_model`` and ``advance_model`` (see ``Truth``) for other programs.
+
+    The text calls what ``IMPORTS`` imports; its last arguments are those of ``argument_names``.
+    """
+    writers = (_coefficients_text, _advance_text)
+    return "\n\n\n".join(write(plant, "model", _model_channel) for write in writers)
+
+
 if TYPE_CHECKING:
     # (channel, its number from 1, values of the symbols, where to write) -> names of f, g
     _Writer = Callable[[Channel, int, dict[sp.Symbol, str], Statements], tuple[str, str]]
@@ -211,7 +221,8 @@ def _disturbed(
     return out.add(force, out.mul(f"w{number}", evaluate(channel.disturbance, values, out)))
 
 
-def _argument_names(plant: Plant) -> list[str]:
+def argument_names(plant: Plant) -> list[str]:
+    """Name what the certificate leaves open, in the order of ``Dynamics.nominal``."""
     names = [f"a{index}" for index in range(1, len(plant.parameters) + 1)]
     return names + [f"{kind}{i}" for kind in "wbm" for i in range(1, plant.order + 1)]
 
@@ -232,7 +243,7 @@ def _coefficients_text(plant: Plant, name: str, writer: _Writer) -> str:
     out = Statements()
     pairs = _channels(plant, states, writer, out)
     result = ", ".join(f"{force}, {gain}" for force, gain in pairs)
-    head = ", ".join(["t", *states, *_argument_names(plant)])
+    head = ", ".join(["t", *states, *argument_names(plant)])
     body = [*out.lines, f"return ({result})"]
     return "\n    ".join([f"def coefficients_{name}({head}):", *body])
 
@@ -257,7 +268,7 @@ def _advance_text(plant: Plant, name: str, writer: _Writer) -> str:
     body.append("sixth = h / 6.0")
     sums = (f"x{i} + sixth * (k1_{i} + 2.0 * (k2_{i} + k3_{i}) + k4_{i})" for i in order)
     body.append(f"return ({', '.join(sums)},)")
-    head = ", ".join(["t", "h", *states, "u", *_argument_names(plant)])
+    head = ", ".join(["t", "h", *states, "u", *argument_names(plant)])
     return "\n    ".join([f"def advance_{name}({head}):", *body])
 
 
