@@ -14,10 +14,12 @@ from bfppc_synth.model.arithmetic import Mathematics, Real
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-COMMANDS = ("synth", "check", "simulate", "verify", "export")
-LATER = ("campaign", "compare", "doctor", "new", "schema", "sweep")
+COMMANDS = ("synth", "check", "simulate", "verify", "export", "compare")
+LATER = ("campaign", "doctor", "new", "schema", "sweep")
 # Options that take the next word; needed to find the command behind them.
-VALUED = frozenset({"--out", "--seed", "--real", "--math", "--horizon", "--x0", "--to"})
+VALUED = frozenset(
+    {"--out", "--seed", "--real", "--math", "--horizon", "--x0", "--to", "--runs", "--budget"}
+)
 
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Only errors.")]
@@ -43,6 +45,8 @@ Starts = Annotated[
 Written = Annotated[
     Path | None, typer.Option("--out", metavar="DIR", help="Write the audit there [nowhere].")
 ]
+Runs = Annotated[int, typer.Option("--runs", help="Simulated runs.")]
+Budget = Annotated[int, typer.Option("--budget", help="Sets of gains tried a method.")]
 To = Annotated[str, typer.Option("--to", metavar="FORMAT", help="smt2 or coq.")]
 
 

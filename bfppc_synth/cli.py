@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from bfppc_synth.arguments import COMMANDS, LATER, arrange
-from bfppc_synth.commands import check, export, simulate, synth, verify
+from bfppc_synth.commands import check, compare, export, simulate, synth, verify
 from bfppc_synth.errors import UsageError
 from bfppc_synth.voice import Voice
 
@@ -49,7 +49,14 @@ def _common(*, version: Version = False) -> None:
     """Certified quantized controllers from a plant file: `bfppc-synth plant.yaml`."""
 
 
-for _command in (synth.synth, check.check, simulate.simulate, verify.verify, export.export):
+for _command in (
+    synth.synth,
+    check.check,
+    simulate.simulate,
+    verify.verify,
+    export.export,
+    compare.compare,
+):
     app.command()(_command)
 
 
