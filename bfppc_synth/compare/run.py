@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from bfppc_synth.model.design import Design
     from bfppc_synth.simulation.baselines.cases import Cases, Clock
-    from bfppc_synth.simulation.baselines.method import Method
+    from bfppc_synth.simulation.baselines.method import Law, Method
     from bfppc_synth.simulation.loading import Controller
 
 CONTRADICTED = (
@@ -155,8 +155,7 @@ def compare_design(
     """
     from bfppc_synth.simulation.baselines.cases import make_cases, make_clock
     from bfppc_synth.simulation.baselines.generated import GeneratedLaw
-    from bfppc_synth.simulation.baselines.loop import close_loop
-    from bfppc_synth.simulation.baselines.tuning import try_gains, tune
+    from bfppc_synth.simulation.baselines.tuning import law_of, run_laws, tune
 
     spec = design.spec
     seed = spec.simulation.seed if options.seed is None else options.seed
@@ -172,22 +171,25 @@ def compare_design(
     document = head(design, clock, judged, options.budget, seed=seed, horizon=horizon)
     document["tuning_runs"] = tuning.runs
     y_d, edge = judged.path.y_d[:, 0], judged.path.edge[:, 0]
-    options.progress("running the design's own controller")
-    own = close_loop(judged, GeneratedLaw(judged, controller), candidates=1)
-    rows = [own_row(design, clock) | measured(design, clock, own)]
-    curves = [(rows[0]["title"], own.output - y_d)]
-    for method in methods(design, clock, judged):
+    every = methods(design, clock, judged)
+    usable = [method for method in every if method.build is not None]
+    options.progress("tuning")
+    tuned = dict(zip(usable, tune(usable, tuning, seed=seed, budget=options.budget), strict=True))
+    options.progress("simulating")
+    laws = [law_of(method, judged, tuned[method].point) for method in usable]
+    own: Law = GeneratedLaw(judged, controller)
+    result = run_laws(judged, [(own, 1), *laws], kept=1 + len(usable))
+    rows = [own_row(design, clock) | measured(design, clock, result.column(0))]
+    for method in every:
         row = row_of(method, design.plant.order)
-        if method.build is not None:
-            options.progress(f"tuning {method.title}")
-            found = tune(method, tuning, seed=seed, budget=options.budget)
+        if method in tuned:
+            found = tuned[method]
             row |= {"gains": found.gains, "tried": found.tried}
             row |= {"tuned_share": found.share, "tuned_peak_u": finite(found.peak)}
-            gains = tuning_point(method, found.gains)
-            result = try_gains(method, judged, gains)
-            row |= measured(design, clock, result)
-            curves.append((method.title, result.output - y_d))
+            row |= measured(design, clock, result.column(1 + usable.index(method)))
         rows.append(row)
+    titles = [row["title"] for row in rows if not row["missing"]]
+    curves = [(title, result.output[:, j] - y_d) for j, title in enumerate(titles)]
     document["methods"] = rows
     options.progress("counting operations")
     document["operations"] = operations_of(design)
@@ -209,13 +211,6 @@ def methods(design: Design, clock: Clock, cases: Cases) -> tuple[Method, ...]:
         surface(plant, clock.period, missing),
         backstepping(plant, missing),
     )
-
-
-def tuning_point(method: Method, gains: dict[str, float]) -> NDArray[np.float64]:
-    """Return gains by name as the one set that ``try_gains`` takes, shape (1, count)."""
-    import numpy as np
-
-    return np.array([[gains[item.name] for item in method.tunables]])
 
 
 def _require(options: CompareOptions) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,8 +26,8 @@ class Result:
     ``inside``: the whole horizon in the envelope; ``undefined``: the law had no value for a
     finite measurement; ``diverged``: a state passed 1e12; ``worst`` is the largest share of
     the envelope; ``energy`` sums u^2 over ``samples`` commands; ``changes`` counts level
-    changes of all quantizers. ``output`` is y of run 0 with the first gains, (K+1,), NaN after
-    its end.
+    changes of all quantizers. ``output`` is y of run 0 with the first ``kept`` sets of gains,
+    (K+1, kept), NaN after its end.
     """
 
     inside: Array
@@ -46,14 +46,15 @@ class Result:
         share: Array = self.inside.mean(axis=0)
         return share
 
-    @property
-    def highest(self) -> Array:
-        """Largest peak input over all runs, per set of gains, shape (C,)."""
-        highest: Array = self.peak.max(axis=0)
-        return highest
+    def column(self, j: int) -> Result:
+        """Return what one set of gains came to; only its own output, if it was kept."""
+        one = slice(j, j + 1)
+        arrays = ("inside", "undefined", "diverged", "worst", "peak", "energy", "samples")
+        cut = {name: getattr(self, name)[:, one] for name in (*arrays, "changes")}
+        return replace(self, **cut, output=self.output[:, one])
 
 
-def close_loop(cases: Cases, law: Law, *, candidates: int) -> Result:
+def close_loop(cases: Cases, law: Law, *, candidates: int, kept: int = 0) -> Result:
     """Run every set of gains against every case.
 
     Parameters
@@ -64,6 +65,8 @@ def close_loop(cases: Cases, law: Law, *, candidates: int) -> Result:
         Its gains broadcast to (R, candidates).
     candidates : int
         Number C of sets of gains.
+    kept : int
+        Of how many of them the output of run 0 is recorded.
 
     Returns
     -------
@@ -75,10 +78,10 @@ def close_loop(cases: Cases, law: Law, *, candidates: int) -> Result:
     docs/theory.md section 3, Timing: a command acts after the whole delay and is held.
     """
     with np.errstate(all="ignore"):
-        return _close(cases, law, (cases.runs, candidates))
+        return _close(cases, law, (cases.runs, candidates), kept)
 
 
-def _close(cases: Cases, law: Law, shape: tuple[int, int]) -> Result:
+def _close(cases: Cases, law: Law, shape: tuple[int, int], kept: int) -> Result:
     clock, design = cases.clock, cases.design
     # A delay is whole samples, and a part of one in which the command before is still held.
     held = math.floor(clock.delay / clock.period + 1e-9)
@@ -91,12 +94,12 @@ def _close(cases: Cases, law: Law, shape: tuple[int, int]) -> Result:
     undefined, diverged = np.zeros(shape, dtype=bool), np.zeros(shape, dtype=bool)
     worst, peak, energy = np.zeros(shape), np.zeros(shape), np.zeros(shape)
     samples, changes = np.zeros(shape), np.zeros(shape)
-    output = np.full(clock.count + 1, math.nan)
+    output = np.full((clock.count + 1, kept), math.nan)
     measures, before = cases.measures(), [np.zeros(shape)] * len(x)
     for k in range(clock.count + 1):
         gone = np.abs(x[0] - cases.path.y_d[k][:, None]) / cases.path.edge[k][:, None]
         np.maximum(worst, gone, out=worst, where=alive)
-        output[k] = x[0][0, 0] if alive[0, 0] else math.nan
+        output[k] = np.where(alive[0, :kept], x[0][0, :kept], math.nan)
         levels = [measure(state) for measure, state in zip(measures, x, strict=True)]
         if k:
             moved = sum(a != b for a, b in zip(levels, before, strict=True))
