@@ -375,7 +375,8 @@ class Attack:
         """Take the corner of the parameters that pushes hardest, each rate by its own size."""
         if not self.corners[0]:
             return []
-        scale = np.array(self.folder.report["bounds"]["D"])[:, None]
+        sizes = np.array(self.folder.report["bounds"]["D"])[:, None]
+        scale = np.where(sizes > 0.0, sizes, 1.0)
         best = np.full(self.runs, -math.inf)
         chosen = [np.zeros(self.runs) for _ in self.corners[0]]
         for corner in self.corners:
