@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 FORMAT = "bfppc-synth/compare/1"
 OBJECTIVE = (
-    "most runs inside the envelope, then the least peak |u| of these runs; half of the budget is"
+    "most runs inside the envelope, then most that reach the horizon, then the least peak |u|; half of the budget is"
     " drawn anywhere in the ranges, uniformly in the logarithms, half within a factor of 2 of the"
     " best of the first half"
 )

@@ -185,7 +185,8 @@ def compare_design(
         if method in tuned:
             found = tuned[method]
             row |= {"gains": found.gains, "tried": found.tried}
-            row |= {"tuned_share": found.share, "tuned_peak_u": finite(found.peak)}
+            row |= {"tuned_share": found.share, "tuned_completed": found.completed}
+            row |= {"tuned_peak_u": finite(found.peak)}
             row |= measured(design, clock, result.column(1 + usable.index(method)))
         rows.append(row)
     titles = [row["title"] for row in rows if not row["missing"]]

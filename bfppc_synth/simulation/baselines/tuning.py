@@ -28,12 +28,14 @@ _NEAR = 2.0
 class Tuned:
     """The best gains that a search found.
 
-    ``share`` of its own runs stayed inside, with at most ``peak`` of input [unit of u].
+    ``share`` of its own runs stayed inside, ``completed`` reached the horizon; ``peak`` is the
+    largest input of those inside, where there are none of those completed [unit of u].
     """
 
     gains: dict[str, float]
     tried: int
     share: float
+    completed: float
     peak: float
 
     @property
@@ -83,8 +85,8 @@ def tune(methods: Sequence[Method], cases: Cases, *, seed: int, budget: int) -> 
     Returns
     -------
     tuple[Tuned, ...]
-        Most runs inside the envelope; of those with equally many the least peak input of
-        these runs, then the first.
+        Most runs inside the envelope; then most that reach the horizon; then the least peak
+        input of these runs; then the first.
     """
     if budget < 1:
         raise ShapeError("a search needs a budget of at least 1")
@@ -93,10 +95,10 @@ def tune(methods: Sequence[Method], cases: Cases, *, seed: int, budget: int) -> 
     if budget > 1:
         near = [
             _nearby(method, generator, point, budget // 2)
-            for method, (generator, _), (_, _, point) in zip(methods, drawn, best, strict=True)
+            for method, (generator, _), (*_, point) in zip(methods, drawn, best, strict=True)
         ]
         found = _tried(methods, cases, near)
-        best = [min(pair, key=lambda row: row[:2]) for pair in zip(best, found, strict=True)]
+        best = [min(pair, key=lambda row: row[:3]) for pair in zip(best, found, strict=True)]
     return tuple(
         Tuned(
             gains={
@@ -104,10 +106,11 @@ def tune(methods: Sequence[Method], cases: Cases, *, seed: int, budget: int) -> 
                 for item, value in zip(method.tunables, np.exp(point), strict=True)
             },
             tried=budget,
-            share=-missed,
+            share=-inside,
+            completed=-completed,
             peak=peak,
         )
-        for method, (missed, peak, point) in zip(methods, best, strict=True)
+        for method, (inside, completed, peak, point) in zip(methods, best, strict=True)
     )
 
 
@@ -146,17 +149,20 @@ def _nearby(method: Method, generator: np.random.Generator, point: Array, size: 
 
 def _tried(
     methods: Sequence[Method], cases: Cases, points: Sequence[Array]
-) -> list[tuple[float, float, Array]]:
-    """Try sets of gains of every method; each one's best, with how it is ranked."""
+) -> list[tuple[float, float, float, Array]]:
+    """Try sets of gains of every method; each one's best, after the numbers that rank it."""
     pairs = list(zip(methods, points, strict=True))
     result = run_laws(cases, [law_of(method, cases, np.exp(sets)) for method, sets in pairs])
-    # A loop that ended early has a small peak, so only those count that stayed inside.
-    peaks = np.max(np.where(result.inside > 0.0, result.peak, 0.0), axis=0)
+    completed = 1.0 - np.maximum(result.undefined, result.diverged)
+    # A loop that ended early has a small peak: it never wins by that.
+    counted = np.where(result.share > 0.0, result.inside, completed)
+    peaks = np.max(np.where(counted > 0.0, result.peak, 0.0), axis=0)
     best, begun = [], 0
     for sets in points:
         columns = slice(begun, begun + len(sets))
-        share, peak = result.share[columns], peaks[columns]
-        first = int(np.lexsort((peak, -share))[0])
-        best.append((-float(share[first]), float(peak[first]), sets[first]))
+        ranks = (-result.share[columns], -completed.mean(axis=0)[columns], peaks[columns])
+        first = int(np.lexsort(ranks[::-1])[0])
+        inside, reached, peak = (float(rank[first]) for rank in ranks)
+        best.append((inside, reached, peak, sets[first]))
         begun += len(sets)
     return best
