@@ -76,11 +76,13 @@ one plant, one start and one quantizer, it often survives. What it lacks is the 
 
 Each baseline is tuned by the same search on runs of its own: {budget} sets of gains, half anywhere
 in the ranges, half within a factor of 2 of the best; most runs inside the envelope count first,
-then most that reach the horizon, then the least peak |u|. The generated controller is not tuned: its gains come from the synthesis,
-which knows bounds and no simulation, and its peak input is that of a law that is proved for every
-plant within its bounds. Dynamic surface control and backstepping are given f and g of the nominal
-plant; the two kinds of prescribed performance control are given nothing. Two of three runs take
-anything within the declared bounds for the truth, where the file declares any.
+then most that reach the horizon, then the least peak |u|. The generated controller is not tuned:
+its gains come from the synthesis, which knows bounds and no simulation, and its peak input is that
+of a law that is proved for every plant within its bounds. Dynamic surface control and backstepping
+are given f and g of the nominal plant; the two kinds of prescribed performance control are given
+nothing. Two of three runs take anything within the declared bounds for the truth, where the file
+declares any. A wide funnel promises its own width and not the envelope: what it does inside it is
+what came out.
 """
 COSTS = """
 ## Operations of one step against n

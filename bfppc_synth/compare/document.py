@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 FORMAT = "bfppc-synth/compare/1"
 OBJECTIVE = (
-    "most runs inside the envelope, then most that reach the horizon, then the least peak |u|; half of the budget is"
-    " drawn anywhere in the ranges, uniformly in the logarithms, half within a factor of 2 of the"
-    " best of the first half"
+    "most runs inside the envelope, then most that reach the horizon, then the least peak |u|;"
+    " half of the budget is drawn anywhere in the ranges, uniformly in the logarithms, half within"
+    " a factor of 2 of the best of the first half"
 )
 ENVELOPE = (
     "|y - y_d| at every sample at most the accuracy plus the distance of the declared path from y_d"
