@@ -16,7 +16,7 @@ TOOLS := gcc g++ make cmake clang clang++ clang-tidy cppcheck frama-c x86_64-w64
   arm-none-eabi-gcc qemu-system-arm
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test test-all bench centers tight generated targets figures install tools clean
+.PHONY: demo test test-all bench centers baselines conservatism tight generated targets figures install tools clean
 
 demo: install
 	@$(BIN)/bfppc-synth examples/paper_example_2.yaml --out build/paper_example_2
@@ -39,6 +39,14 @@ bench: install
 
 centers: install
 	@$(BIN)/python benchmarks/compare_centers.py
+
+# docs/baselines.md: other methods on the same plants; some minutes.
+baselines: install
+	@$(BIN)/python benchmarks/compare_baselines.py
+
+# docs/conservatism.md: how far gains may be weakened before an attack from outside succeeds.
+conservatism: install
+	@$(BIN)/python benchmarks/attack_from_outside.py
 
 # docs/tight.md: every plant by termwise and by tight bounds; some minutes.
 tight: install

@@ -15,14 +15,13 @@ if TYPE_CHECKING:
     from collections.abc import MutableMapping, Sequence
 
 COMMANDS = (
-    *("synth", "check", "simulate", "verify", "campaign", "sweep", "export"),
+    *("synth", "check", "simulate", "verify", "campaign", "sweep", "compare", "export"),
     *("new", "schema", "doctor"),
 )
-LATER = ("compare",)
 # Options that take the next word; needed to find the command behind them.
 VALUED = frozenset(
     {
-        *("--out", "--seed", "--real", "--math", "--horizon", "--x0", "--to"),
+        *("--out", "--seed", "--real", "--math", "--horizon", "--x0", "--to", "--budget"),
         *("--run", "--runs", "--workers", "--cluster", "--over", "--template"),
     }
 )
@@ -71,8 +70,6 @@ To = Annotated[
     str,
     typer.Option("--to", metavar="FORMAT", help="smt2, coq, fmu2, fmu3, control or casadi."),
 ]
-
-
 Runs = Annotated[int | None, typer.Option(metavar="N", help="How many runs [1000].")]
 Workers = Annotated[
     int | None,
@@ -86,6 +83,8 @@ Number = Annotated[
     int | None, typer.Option("--run", metavar="K", help="Run K of the folder's campaign again.")
 ]
 Plot = Annotated[bool, typer.Option("--plot", help="Write a picture of the run into DIR.")]
+Compared = Annotated[int, typer.Option("--runs", metavar="N", help="Simulated runs.")]
+Budget = Annotated[int, typer.Option("--budget", metavar="N", help="Sets of gains tried a method.")]
 
 
 def arrange(words: Sequence[str]) -> list[str]:
@@ -107,8 +106,6 @@ def arrange(words: Sequence[str]) -> list[str]:
     if word in COMMANDS:
         return [word, *words[:index], *words[index + 1 :]]
     choice = ", ".join(COMMANDS)
-    if word in LATER:
-        raise UsageError(f"command {word} is not available in this version; fix: use {choice}")
     if word.lower().endswith((".yaml", ".yml")) or Path(word).is_file():
         return ["synth", *words]
     near = difflib.get_close_matches(word, COMMANDS, n=1)

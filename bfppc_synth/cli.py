@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from bfppc_synth.arguments import COMMANDS, LATER, arrange, arrange_completion
+from bfppc_synth.arguments import COMMANDS, arrange, arrange_completion
 from bfppc_synth.commands import (
     campaign,
     check,
+    compare,
     doctor,
     export,
     new,
@@ -31,7 +32,7 @@ from bfppc_synth.voice import Voice
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["COMMANDS", "LATER", "arrange", "main"]
+__all__ = ["COMMANDS", "arrange", "main"]
 
 app = typer.Typer(
     epilog="A word that ends in .yaml or .yml, or names a file, means `synth` of that file.",
@@ -68,6 +69,7 @@ for _command in (
     verify.verify,
     campaign.campaign,
     sweep.sweep,
+    compare.compare,
     export.export,
     new.new,
     schema.schema,
