@@ -42,13 +42,19 @@ class GainTable:
 
 def errors_sentence(document: Mapping[str, Any]) -> str:
     """Say what e_i, p_i and the feedback are, a sentence for ``prose``."""
-    center, fed = _PERFORMANCE if document["center"] != "nominal" else _NOMINAL
+    center = (_PERFORMANCE if document["center"] != "nominal" else _NOMINAL)[0]
     return (
-        r"From here on $e_1 = x_1 - r_1$ and $e_i = x_i - r_i + \varphi_{i-1}(e_{i-1})$ are the "
+        r"Here $e_1 = x_1 - r_1$ and $e_i = x_i - r_i + \varphi_{i-1}(e_{i-1})$ are the "
         rf"true errors ({center}), $\hat{{e}}_i$ the same made of measured states, and $p_i$ is "
         r"the half-width of the tube $\left|e_i\right| \le p_i$. The feedback of step $i$ is "
-        f"${gain_table(document).shape}$ with the gains of the next section; {fed}."
+        f"${gain_table(document).shape}$ with the gains of the table below."
     )
+
+
+def pushes_sentence(document: Mapping[str, Any]) -> str:
+    """Say what stands beside the feedback in the chain, a sentence for ``prose``."""
+    fed = (_PERFORMANCE if document["center"] != "nominal" else _NOMINAL)[1]
+    return f"In it {fed}."
 
 
 def command_sentence(document: Mapping[str, Any]) -> str:
