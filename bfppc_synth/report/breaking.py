@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from xml.etree import ElementTree as ET
 
+_MATH = re.compile(r"<math.*?</math>", re.DOTALL)
 # Signs and letters that fit on a line of a phone, about.
 LONGEST_LINE = 34
 # Shorter pieces stay with the one before them.
@@ -18,12 +20,13 @@ def broken(mathml: str) -> str:
     Parameters
     ----------
     mathml : str
-        One ``math`` element with ``display="block"``.
+        One ``math`` element.
 
     Returns
     -------
     str
-        The same, or several ``math`` elements in display style that follow one another.
+        The same, or several ``math`` elements that follow one another, in display style if
+        the one was displayed.
     """
     formula = ET.fromstring(mathml)  # noqa: S314  markup made by this package
     parts = list(formula)
@@ -34,7 +37,14 @@ def broken(mathml: str) -> str:
     pieces = _pieces(parts)
     if len(pieces) == 1:
         return mathml
-    return " ".join(_formula(piece) for piece in pieces)
+    style = {"displaystyle": "true"} if formula.get("display") == "block" else {}
+    return " ".join(_formula(piece, style) for piece in pieces)
+
+
+def widest(markup: str) -> float:
+    """Estimate how wide the widest of some formulas is, in letters."""
+    found = (ET.fromstring(each[0]) for each in _MATH.finditer(markup))  # noqa: S314  our own
+    return max((width(formula) for formula in found), default=0.0)
 
 
 def width(element: ET.Element) -> float:
@@ -77,8 +87,8 @@ def _starts(piece: list[ET.Element]) -> bool:
     return piece[-1].tag == "mo" and (piece[-1].text or "").strip() in _BREAKS
 
 
-def _formula(piece: list[ET.Element]) -> str:
-    formula = ET.Element("math", {"displaystyle": "true"})
+def _formula(piece: list[ET.Element], style: dict[str, str]) -> str:
+    formula = ET.Element("math", style)
     row = ET.SubElement(formula, "mrow")
     first = piece[0]
     if first.tag == "mo" and len(piece) > 1 and (first.text or "").strip() in _BREAKS:

@@ -46,8 +46,8 @@ MEANINGS = {
     "r_i": (
         "r_i",
         (
-            r"center of the tube of state $i$: for the output the known curve $r_1 = y_d + \rho_1 a$, "
-            r"for a later state its fading start $\rho_i \, x_i(0)$"
+            r"center of the tube of state $i$: for the output the known curve "
+            r"$r_1 = y_d + \rho_1 a$, for a later state its fading start $\rho_i \, x_i(0)$"
         ),
     ),
     "dot r_i": (r"\dot{r}_i", "derivative of $r_i$ by time"),

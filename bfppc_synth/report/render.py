@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.report.asks import requirements
+from bfppc_synth.report.breaking import widest
 from bfppc_synth.report.calls import call_lines
 from bfppc_synth.report.derivation import derivation
 from bfppc_synth.report.figures import draw
@@ -51,6 +52,8 @@ PAGE = "report/page.html.jinja"
 STYLE = "report/style.css.jinja"
 README = "report/README.md.jinja"
 FONT = "report/fonts/stix-two-math.woff2"
+# Letters that fit on a line of a phone, also where the formula is printed large.
+NARROWEST = 28.0
 # An engineer's questions in their order: key of the heading, its link, its template.
 SECTIONS = (
     ("promise", "Promise", "promise"),
@@ -169,9 +172,19 @@ def _texts(
         "prose": lambda sentence: Markup(prose(sentence, document)),  # noqa: S704
         "tex": lambda latex: Markup(inline(latex)),  # noqa: S704
         "block": lambda latex: Markup(displayed(latex)),  # noqa: S704
+        "formula": _formula,
         "markup": Markup,
         **call_lines(document),
     }
+
+
+def _formula(mathml: str, kind: str = "") -> str:
+    """Put a formula on lines of its own; one that a phone must scroll takes the focus."""
+    from markupsafe import Markup
+
+    kinds = f"formula {kind}".strip()
+    focus = ' tabindex="0"' if widest(mathml) > NARROWEST else ""
+    return Markup(f'<div class="{kinds}"{focus}>{mathml}</div>')  # noqa: S704  made here
 
 
 def render_readme(document: Mapping[str, object]) -> str:
