@@ -7,13 +7,15 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+# Rules that the page is checked by in the browser; nothing of npm is needed at run time.
+AXE := tests/browser/node_modules/axe-core/axe.min.js
 LANE := .ci/lane
 # The paper's printed gains are never certified: nothing of them is generated or committed.
 PRINTED := $(sort $(wildcard examples/*_printed.yaml))
 EXAMPLES := $(filter-out $(PRINTED),$(sort $(wildcard examples/*.yaml)))
-# Compilers, checkers, the prover and the emulated target of the generated C.
+# Compilers, checkers, the prover and the emulated target of the generated C; the page's browser.
 TOOLS := gcc g++ make cmake clang clang++ clang-tidy cppcheck frama-c x86_64-w64-mingw32-gcc \
-  arm-none-eabi-gcc qemu-system-arm
+  arm-none-eabi-gcc qemu-system-arm chromium npm
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 .PHONY: demo test test-all bench centers baselines conservatism tight generated targets figures install tools clean
@@ -21,7 +23,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 demo: install
 	@$(BIN)/bfppc-synth examples/paper_example_2.yaml --out build/paper_example_2
 
-test: install tools
+test: install tools $(AXE)
 	@$(LANE) lint $(BIN)/ruff check --quiet .
 	@$(LANE) format $(BIN)/ruff format --check --quiet .
 	@$(LANE) types $(BIN)/mypy --no-error-summary
@@ -75,11 +77,15 @@ $(STAMP): requirements.lock pyproject.toml
 	@mkdir -p build
 	@touch $@
 
+$(AXE): tests/browser/package-lock.json | tools
+	@$(LANE) npm npm ci --prefix tests/browser --silent --no-audit --no-fund
+	@touch $@
+
 # A test that cannot run is a failure, so the compilers are asked for before anything starts.
 tools:
 	@mkdir -p build
 	@for tool in $(TOOLS); do command -v $$tool >/dev/null \
-	  || { echo "$$tool is missing: the tests compile, check and run the generated C;" \
+	  || { echo "$$tool is missing: the tests compile, check and run the generated C and open the page;" \
 	  ".ci/run installs what they need" >&2; exit 1; }; done
 
 clean:

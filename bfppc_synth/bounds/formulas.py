@@ -16,18 +16,24 @@ if TYPE_CHECKING:
     from bfppc_synth.model.shapes import Gain
 
 
+# A root or a minimum of more operations than this gets a letter of its own.
+LARGEST = 3
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChainFormula:
     """One line of the chain: LaTeX of the constant, of its definition, and where it is found.
 
     ``field`` is the name in report.json's ``bounds`` and ``index`` its 0-based position there
-    (None for a scalar).
+    (None for a scalar). ``parts`` are abbreviations (symbol, definition) that ``definition``
+    uses, each before those that it uses itself.
     """
 
     symbol: str
     definition: str
     field: str
     index: int | None
+    parts: tuple[tuple[str, str], ...] = ()
 
 
 class _SymbolResidual:
@@ -57,14 +63,36 @@ class _SymbolResidual:
 
 
 class _Recorder(SymbolNumbers):
-    """Names every constant and remembers where report.json keeps it."""
+    """Names every constant and remembers where report.json keeps it, and what it abbreviates."""
 
     def __init__(self) -> None:
         super().__init__()
         self.places: list[tuple[str, int]] = []
+        self.parts: list[tuple[tuple[str, str], ...]] = []
+        self._open: list[tuple[sp.Symbol, sp.Expr]] = []
+        self._count = 0
+
+    def sqrt(self, value: sp.Expr) -> sp.Expr:
+        return self._short(super().sqrt(value))
+
+    def minimum(self, left: sp.Expr, right: sp.Expr) -> sp.Expr:
+        return self._short(super().minimum(left, right))
+
+    def _short(self, value: sp.Expr) -> sp.Expr:
+        """Abbreviate what would make its line too wide to be read."""
+        if value.count_ops() <= LARGEST:
+            return value
+        self._count += 1
+        name = _positive(rf"\vartheta_{{{self._count}}}")
+        self._open.append((name, value))
+        return name
 
     def record(self, symbol: str, index: int, value: sp.Expr) -> sp.Symbol:
         self.places.append((symbol, index))
+        # The last one is used by the definition itself, the first one by those after it.
+        used = reversed(self._open)
+        self.parts.append(tuple((sp.latex(name), sp.latex(part)) for name, part in used))
+        self._open.clear()
         return super().record(symbol, index, value)
 
 
@@ -131,9 +159,10 @@ def chain_formulas(
             definition=sp.latex(definition),
             field=field,
             index=None if field in scalars else index,
+            parts=parts,
         )
-        for (symbol, definition), (field, index) in zip(
-            numbers.definitions, numbers.places, strict=True
+        for (symbol, definition), (field, index), parts in zip(
+            numbers.definitions, numbers.places, numbers.parts, strict=True
         )
         if field != "delta_v" or nominal
     )

@@ -10,6 +10,7 @@ from bfppc_synth.bounds.chain import ChainRules, Coupling, Division
 from bfppc_synth.bounds.formulas import chain_formulas, load_symbol
 from bfppc_synth.model.spec import BoundsKind, CenterKind, Form
 from bfppc_synth.report.formulas import displayed, inline, number, with_numbers
+from bfppc_synth.report.meanings import CHAIN
 from bfppc_synth.report.numbers import look_up
 from bfppc_synth.report.theorem1 import theorem1_lines
 
@@ -19,24 +20,6 @@ if TYPE_CHECKING:
     from bfppc_synth.bounds.formulas import ChainFormula
     from bfppc_synth.model.design import Design
 
-_MEANINGS = {
-    "xi": r"bound on $\left|x_{i} - r_{i}\right|$",
-    "X": r"bound on $\left|x_{i}\right|$",
-    "A": r"bound on the feedback $\left|\varphi_{i}(e_{i})\right|$ in the tube",
-    "L": r"largest slope of $\varphi_{i}$ in the tube",
-    "W": r"what pushes $e_{i}$ from outside: drift, disturbance, motion of $r_{i}$",
-    "G": r"majorant $\overline{g}_{i}$ of the input gain at the bounds $X_{j}$",
-    "g_min": r"least input gain $\underline{g}_{i}$ where the states can go",
-    "D": r"all that pushes $e_{i}$, with the motion of $\varphi_{i-1}$",
-    "B": r"bound on $\left|\varphi_{i}'(e_{i}) \, \dot{e}_{i}\right|$",
-    "eta": r"bound on the measurement error $\left|\hat{e}_{i} - e_{i}\right|$",
-    "Lambda": r"how far that error moves $\varphi_{i}$",
-    "F_star": "the feedback that this tube needs at its wall",
-    "delta_v": r"how much the feedforward $v$ moves while a command is held",
-    "V": r"bound on $\left|\dot{e}_{i}\right|$",
-    "zeta": r"total error of the applied $\hat{e}_{i}$: measurement, hold, delay",
-    "U": r"bound on $\left|u\right|$: the certified peak input",
-}
 _RESIDUAL = (
     r"bound on the residual $w_{i} = f_{i}(x) + g_{i}(x) \, {ahead} - \dot{r}_{i}$, "
     "disturbance included"
@@ -54,7 +37,8 @@ _BEFORE = re.compile(rf"([0-9}}]) (?={_PLACE})")
 class Row:
     """One constant: sentence for ``prose``, place of its value, formula as MathML.
 
-    ``numbers`` is the formula with its numbers put in, empty where that says nothing new.
+    ``numbers`` is the formula with its numbers put in, empty where that says nothing new;
+    ``parts`` are its abbreviations, each as formula and numbers.
     """
 
     symbol: str
@@ -62,6 +46,7 @@ class Row:
     meaning: str
     formula: str
     numbers: tuple[str, ...]
+    parts: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -138,7 +123,7 @@ def _of_theorem1(design: Design, document: Mapping[str, object]) -> tuple[Step, 
     row = Row(
         symbol=inline("U"),
         keys=("bounds", "U"),
-        meaning=_MEANINGS["U"],
+        meaning=CHAIN["U"],
         formula=displayed(peak),
         numbers=(),
     )
@@ -152,7 +137,7 @@ def _row(
     definition = line.definition
     numbers = _put_in(definition, values)
     bare = re.fullmatch(_PLACE, numbers) or numbers == definition
-    meaning = _MEANINGS[line.field].replace("_{i}", f"_{{{index + 1}}}")
+    meaning = CHAIN[line.field].replace("_{i}", f"_{{{index + 1}}}")
     if line.field == "D" and index == 0:
         meaning = r"all that pushes $e_{1}$"
     elif line.field == "D" and r"R_{" in definition:
@@ -171,6 +156,13 @@ def _row(
         meaning=meaning.replace("_{i}", f"_{{{index + 1}}}").replace("_{i-1}", f"_{{{index}}}"),
         formula=displayed(definition),
         numbers=() if bare else (with_numbers(displayed(numbers), document),),
+        parts=tuple(
+            (
+                displayed(f"{name} = {part}"),
+                with_numbers(displayed(f"{name} = {_put_in(part, values)}"), document),
+            )
+            for name, part in line.parts
+        ),
     )
 
 

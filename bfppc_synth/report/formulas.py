@@ -7,6 +7,7 @@ import re
 from functools import cache
 from typing import TYPE_CHECKING
 
+from bfppc_synth.report.breaking import broken
 from bfppc_synth.report.numbers import exact, look_up, path_text, shown
 
 if TYPE_CHECKING:
@@ -28,10 +29,35 @@ _GREEK = frozenset(
     | {"Gamma", "Delta", "Theta", "Lambda", "Xi", "Sigma", "Upsilon", "Phi", "Psi", "Omega"}
 )
 _NAME = re.compile(r"([A-Za-z]+)([0-9]*)(?:_(\w*))?")
+# Brackets around what is no taller than a letter need not grow with it.
+_LOW = re.compile(
+    r"<mrow><mo>\(</mo>((?:(?!<m(?:frac|sup|subsup|sqrt|root|under|over|row|table)|<mo>[()]).)*?)"
+    r"<mo>\)</mo></mrow>"
+)
 _ENTITY = re.compile(r"&#x([0-9A-Fa-f]+);")
 _ALONE = re.compile(r"<mrow>(<(m[inot]|mtext)>[^<]*</\2>)</mrow>")
 _FUNCTION = re.compile(r"<(?:mi|mo)>([a-z]{3,})</(?:mi|mo)>")
 _NUMBER = re.compile(r"<mtext>@([^@<]+)@</mtext>")
+_EULER = re.compile(r"(?<![A-Za-z{])e\^")
+# Letters that the page uses itself: a plant file's letter of the same look stands upright.
+_UPRIGHT = {
+    "tau": "\N{GREEK SMALL LETTER TAU}",
+    "zeta": "\N{GREEK SMALL LETTER ZETA}",
+    "rho": "\N{GREEK SMALL LETTER RHO}",
+    "lambda": "\N{GREEK SMALL LETTER LAMDA}",
+    "mu": "\N{GREEK SMALL LETTER MU}",
+    "nu": "\N{GREEK SMALL LETTER NU}",
+    "eta": "\N{GREEK SMALL LETTER ETA}",
+    "xi": "\N{GREEK SMALL LETTER XI}",
+    "Lambda": "\N{GREEK CAPITAL LETTER LAMDA}",
+    "gamma": "\N{GREEK SMALL LETTER GAMMA}",
+    "delta": "\N{GREEK SMALL LETTER DELTA}",
+    "alpha": "\N{GREEK SMALL LETTER ALPHA}",
+}
+_TAKEN_ALONE = frozenset("abehijlnqsuvyFUV") | {"tau", "zeta", "rho", "lambda", "mu", "nu"}
+_TAKEN_WITH_INDEX = frozenset("pregkMcNWXALGDFBfdwHQRVs") | {
+    *("rho", "eta", "xi", "Lambda", "gamma", "delta", "alpha")
+}
 
 
 @cache
@@ -44,10 +70,10 @@ def inline(latex: str) -> str:
 
 @cache
 def displayed(latex: str) -> str:
-    """Convert LaTeX to MathML on a line of its own."""
+    """Convert LaTeX to MathML on lines of its own: a long formula may break at its operators."""
     from latex2mathml.converter import convert
 
-    return _lean(str(convert(latex, display="block")))
+    return broken(_lean(str(convert(latex, display="block"))))
 
 
 def _lean(mathml: str) -> str:
@@ -59,7 +85,9 @@ def _lean(mathml: str) -> str:
     # A function's name is an operator: it wants a little air around it.
     text = _FUNCTION.sub(r'<mo lspace=".17em" rspace=".08em">\1</mo>', text)
     text = _ENTITY.sub(lambda match: html.escape(chr(int(match[1], 16))), text)
-    return _ALONE.sub(r"\1", text)
+    text = _ALONE.sub(r"\1", text)
+    low = r'<mrow><mo stretchy="false">(</mo>\1<mo stretchy="false">)</mo></mrow>'
+    return _LOW.sub(low, text)
 
 
 def number(*keys: str | int) -> str:
@@ -121,6 +149,9 @@ def name_latex(name: str) -> str:
         return r"\text{" + name.replace("_", " ") + "}"
     letters, digits, rest = match[1], match[2], match[3] or ""
     stem = "\\" + letters if letters in _GREEK else _word(letters)
+    indexed = bool(digits or rest)
+    if letters in (_TAKEN_WITH_INDEX if indexed else _TAKEN_ALONE):
+        stem = r"\text{" + _UPRIGHT.get(letters, letters) + "}"
     words = [*([digits] if digits else []), *(_word(part) for part in rest.split("_") if part)]
     return f"{stem}_{{{','.join(words)}}}" if words else stem
 
@@ -154,6 +185,8 @@ def expression_latex(expression: sp.Expr) -> str:
     names = {symbol: name_latex(symbol.name) for symbol in symbols}
     readable = _with_decimals(expression)
     text = str(sp.latex(readable, symbol_names=names, mul_symbol=r"\,", ln_notation=True))
+    # Euler's number is no letter of the plant.
+    text = _EULER.sub(lambda _: r"\text{e}^", text)
     return text if len(text) <= LONGEST else r"\text{(long: see report.json)}"
 
 

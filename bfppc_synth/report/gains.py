@@ -30,7 +30,8 @@ _NOMINAL = (
 class GainTable:
     """phi_i in LaTeX and in plain letters, column heads, and where each number stands.
 
-    A cell is a path in report.json, empty where a row has no such number.
+    A head is a sentence for ``prose``; a cell is a path in report.json, empty where a row has no
+    such number.
     """
 
     shape: str
@@ -42,13 +43,19 @@ class GainTable:
 
 def errors_sentence(document: Mapping[str, Any]) -> str:
     """Say what e_i, p_i and the feedback are, a sentence for ``prose``."""
-    center, fed = _PERFORMANCE if document["center"] != "nominal" else _NOMINAL
+    center = (_PERFORMANCE if document["center"] != "nominal" else _NOMINAL)[0]
     return (
-        r"From here on $e_1 = x_1 - r_1$ and $e_i = x_i - r_i + \varphi_{i-1}(e_{i-1})$ are the "
+        r"Here $e_1 = x_1 - r_1$ and $e_i = x_i - r_i + \varphi_{i-1}(e_{i-1})$ are the "
         rf"true errors ({center}), $\hat{{e}}_i$ the same made of measured states, and $p_i$ is "
         r"the half-width of the tube $\left|e_i\right| \le p_i$. The feedback of step $i$ is "
-        f"${gain_table(document).shape}$ with the gains of the next section; {fed}."
+        f"${gain_table(document).shape}$ with the gains of the table below."
     )
+
+
+def pushes_sentence(document: Mapping[str, Any]) -> str:
+    """Say what stands beside the feedback in the chain, a sentence for ``prose``."""
+    fed = (_PERFORMANCE if document["center"] != "nominal" else _NOMINAL)[1]
+    return f"In it {fed}."
 
 
 def command_sentence(document: Mapping[str, Any]) -> str:
@@ -86,7 +93,13 @@ def gain_table(document: Mapping[str, Any]) -> GainTable:
     return GainTable(
         shape=rf"\varphi_i(e) = k_i \, e + {tanh} + c_i \, e^{{N_i}}",
         plain="phi_i(e) = k e + M tanh(M e / epsilon) + c e^N",
-        heads=("k_i", "M_i", r"\varepsilon_i", "c_i", "N_i"),
+        heads=(
+            "linear $k_i$",
+            "height $M_i$",
+            r"width $\varepsilon_i$",
+            "power $c_i$",
+            "exponent $N_i$",
+        ),
         names=keys,
         rows=tuple(tuple(("gains", i, key) for key in keys) for i in range(len(gains))),
     )
@@ -103,10 +116,10 @@ def _of_theorem1(gains: list[dict[str, Any]]) -> GainTable:
         shape=rf"\varphi_i(e) = \gamma_i \, {height} \, e + c_i \, e^{{N_i}}",
         plain="phi_i(e) = gamma H(rho) e + c e^N, H(rho) = H_0 + H_1 rho + ..",
         heads=(
-            r"\gamma_i",
-            *(rf"H_{{i,{j}}}" for j in range(most)),
-            "c_i",
-            "N_i",
+            r"linear $\gamma_i$",
+            *(rf"height $H_{{i,{j}}}$" for j in range(most)),
+            "power $c_i$",
+            "exponent $N_i$",
         ),
         names=("gamma", *(f"H_{j}" for j in range(most)), "c", "N"),
         rows=tuple(rows),

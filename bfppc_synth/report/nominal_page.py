@@ -80,13 +80,17 @@ def center_texts(design: Design, document: Mapping[str, object]) -> tuple[Center
         followed = rf"\hat{{f}}_{{{i}}}({known})"
         strength = rf"\hat{{g}}_{{{i}}}({known})"
         path.append(rf"{ahead} = \frac{{\dot{{r}}_{{{i}}} - {followed}}}{{{strength}}}")
-    start = r"T_s^{j} \, \frac{b^{(j)}(0)}{j!}"
+    start = r"T_s^{\mu} \, \frac{b^{(\mu)}(0)}{\mu!}"
     transition = (
         (
-            rf"b(t) = \left(1 - s\right)^{{{n + 2}}} \sum_{{m=0}}^{{{n - 1}}} Q_m \, s^{{m}}"
+            rf"b(t) = \left(1 - s\right)^{{{n + 2}}} \sum_{{\nu=0}}^{{{n - 1}}} "
+            r"Q_{\nu} \, s^{\nu}"
             r"\text{, }s = \frac{t}{T_s}\text{, }t \le T_s"
         ),
-        rf"Q_m = \sum_{{j=0}}^{{m}} \binom{{{n + 1} + m - j}}{{m - j}} \, {start}",
+        (
+            r"Q_{\nu} = \sum_{\mu=0}^{\nu} "
+            rf"\binom{{{n + 1} + \nu - \mu}}{{\nu - \mu}} \, {start}"
+        ),
         rf"b(t) = 0\text{{, }}t \ge T_s = {number('nominal', 'transition')} \, \text{{s}}",
     )
     return (

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from bfppc_synth.bounds.formulas import load_symbol
 from bfppc_synth.model.spec import CenterKind, Form
+from bfppc_synth.report.breaking import broken
 from bfppc_synth.report.formulas import displayed, inline, number, with_numbers
 from bfppc_synth.report.nominal import source_sentence
 from bfppc_synth.report.theorem1 import theorem1_formula
@@ -109,7 +110,7 @@ def obligation(design: Design, document: Mapping[str, object], identifier: str) 
     formula, pairs = _formula(design, family, index)
     return Obligation(
         meaning=meaning,
-        formula=inline(formula) if formula else "",
+        formula=broken(inline(formula)) if formula else "",
         sides=tuple(
             Side(
                 name=name,

@@ -7,7 +7,9 @@ import hashlib
 from typing import TYPE_CHECKING, Any
 
 from bfppc_synth.model.certificate import Verdict
-from bfppc_synth.model.spec import CenterKind, ReferenceKind
+from bfppc_synth.report.asks import requirements
+from bfppc_synth.report.breaking import widest
+from bfppc_synth.report.calls import call_lines
 from bfppc_synth.report.choices import choice_sentences
 from bfppc_synth.report.derivation import derivation
 from bfppc_synth.report.figures import draw
@@ -19,20 +21,26 @@ from bfppc_synth.report.formulas import (
     name_latex,
     unknowns_latex,
 )
-from bfppc_synth.report.gains import command_sentence, errors_sentence, gain_table
+from bfppc_synth.report.gains import (
+    command_sentence,
+    errors_sentence,
+    gain_table,
+    pushes_sentence,
+)
+from bfppc_synth.report.glossary import Glossary
 from bfppc_synth.report.nominal_page import center_texts, splits
 from bfppc_synth.report.numbers import look_up, shown
 from bfppc_synth.report.obligations import obligation, term_sentence
+from bfppc_synth.report.sensitivities import sensitivity_tables
 from bfppc_synth.report.sentences import (
     number_markup,
     performance_sentences,
     promise,
     prose,
     reference_sentence,
-    requirements,
     status_sentence,
 )
-from bfppc_synth.resources import template_environment
+from bfppc_synth.resources import template_environment, template_folder
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -44,44 +52,24 @@ if TYPE_CHECKING:
 PAGE = "report/page.html.jinja"
 STYLE = "report/style.css.jinja"
 README = "report/README.md.jinja"
-
-_VERIFY = (
-    "python verify.py            # proves the inequalities again; needs no package",
-    "bfppc-synth verify .        # the same, with the package",
+FONT = "report/fonts/stix-two-math.woff2"
+# Letters that fit on a line of a phone, also where the formula is printed large.
+NARROWEST = 28.0
+# An engineer's questions in their order: key of the heading, its link, its template.
+SECTIONS = (
+    ("promise", "Promise", "promise"),
+    ("requirements", "Requirements", "requirements"),
+    ("gains", "Gains", "gains"),
+    ("plant", "Plant", "plant"),
+    ("center", "Center", "center"),
+    ("chain", "Derivation", "chain"),
+    ("drivers", "What dominates", "drivers"),
+    ("inequalities", "Inequalities", "inequalities"),
+    ("sensitivities", "What requirements cost", "sensitivities"),
+    ("simulation", "Simulation", "simulation"),
+    ("code", "Calling the code", "code"),
+    ("check", "Checking again", "check"),
 )
-_PASSED = "y_d lists the reference at t and its exact derivatives, order 1 to {order}."
-# (real, math): what is said of it, and how near C is to Python.
-_ARITHMETIC = {
-    ("double", "libm"): ((), ", the same bits"),
-    ("double", "portable"): (
-        (
-            (
-                "The code computes in binary64, with tanh, sin, cos and exp of its own, made of"
-                " + - * / and comparisons: no libm is assumed."
-            ),
-        ),
-        ", the same bits on every machine",
-    ),
-    ("float", "libm"): (
-        (
-            (
-                "The C code computes in binary32, every constant and every rounding of it is in the"
-                " certificate; controller.py rounds as it does."
-            ),
-        ),
-        "; tanhf, sinf, cosf, expf may differ from Python in the last digits",
-    ),
-    ("float", "portable"): (
-        (
-            (
-                "The C code computes in binary32, with tanh, sin, cos and exp of its own, made of"
-                " + - * / and comparisons: no libm is assumed; controller.py rounds as it does."
-            ),
-        ),
-        ", the same bits on every machine",
-    ),
-}
-_SIMULATE = "bfppc-synth simulate .      # runs controller.py against the plant again"
 
 
 def render_html(document: Mapping[str, object], design: Design, nominal: Trajectory) -> str:
@@ -114,8 +102,31 @@ def render_html(document: Mapping[str, object], design: Design, nominal: Traject
     from markupsafe import Markup
 
     environment = template_environment()
-    style = environment.get_template(STYLE).render()
+    font = base64.b64encode((template_folder() / FONT).read_bytes()).decode()
+    style = environment.get_template(STYLE).render(font=font)
     digest = base64.b64encode(hashlib.sha256(style.encode()).digest()).decode()
+    glossary = Glossary(document, lambda sentence: prose(sentence, document))
+    texts = _texts(document, design, nominal)
+    parts = []
+    for key, title, template in SECTIONS:
+        part = environment.get_template(f"report/{template}.html.jinja").render(texts).strip()
+        if part:
+            parts.append((key, title, glossary.explain(part)))
+    return environment.get_template(PAGE).render(
+        texts,
+        style=Markup(style),  # noqa: S704  a file of this package
+        style_hash=digest,
+        links=[{"key": key, "title": title} for key, title, _ in parts],
+        sections=[Markup(part) for _, _, part in parts],  # noqa: S704  rendered above
+    )
+
+
+def _texts(
+    document: Mapping[str, object], design: Design, nominal: Trajectory
+) -> dict[str, object]:
+    """Give what the templates of all sections print."""
+    from markupsafe import Markup
+
     certified = design.certificate.verdict is Verdict.CERTIFIED
     title, scope = "What is promised", "This holds for"
     if not certified:
@@ -125,46 +136,56 @@ def render_html(document: Mapping[str, object], design: Design, nominal: Traject
         )
     checks = design.certificate.assumption_checks
     parameters = [parameter.name for parameter in design.spec.parameters]
-    return environment.get_template(PAGE).render(
-        document=document,
-        gains=gain_table(document),
-        style=Markup(style),  # noqa: S704  a file of this package
-        style_hash=digest,
-        banners=() if certified else (status_sentence(design),),
-        status=status_sentence(design),
-        verdict_class="good" if certified else "bad",
-        holds_class={True: "good", False: "bad"},
-        promise_title=title,
-        scope=scope,
-        promise=promise(design),
-        requirements=requirements(design),
-        dynamics=[Markup(displayed(line)) for line in dynamics_latex(design.plant)],  # noqa: S704
-        unknowns=[Markup(displayed(line)) for line in unknowns_latex(design.plant)],  # noqa: S704
-        reference=reference_sentence(design),
-        performance=(*choice_sentences(design), *performance_sentences(design)),
-        parameter_tables=[parameters] if parameters else [],
-        majorant_tables=_majorants(design),
-        centers=center_texts(design, document),
-        splits=splits(design),
-        errors=errors_sentence(document),
-        command=command_sentence(document),
-        steps=derivation(design, document),
-        tight_tables=[design.spec.states] if design.tight is not None else [],
-        obligations=[
+    return {
+        "document": document,
+        "gains": gain_table(document),
+        "banners": () if certified else (status_sentence(design),),
+        "status": status_sentence(design),
+        "verdict_class": "good" if certified else "bad",
+        "holds_class": {True: "good", False: "bad"},
+        "promise_title": title,
+        "scope": scope,
+        "promise": promise(design),
+        "requirements": requirements(design, document),
+        "dynamics": [Markup(displayed(line)) for line in dynamics_latex(design.plant)],  # noqa: S704
+        "unknowns": [Markup(displayed(line)) for line in unknowns_latex(design.plant)],  # noqa: S704
+        "reference": reference_sentence(design),
+        "performance": (*choice_sentences(design), *performance_sentences(design)),
+        "parameter_tables": [parameters] if parameters else [],
+        "majorant_tables": _majorants(design),
+        "centers": center_texts(design, document),
+        "splits": splits(design),
+        "errors": errors_sentence(document),
+        "command": command_sentence(document),
+        "pushes": pushes_sentence(document),
+        "steps": derivation(design, document),
+        "tight_tables": [design.spec.states] if design.tight is not None else [],
+        "obligations": [
             obligation(design, document, entry.id) for entry in design.certificate.inequalities
         ],
-        check_tables=[document["assumption_checks"]] if checks else [],
-        check_texts=[obligation(design, document, entry.id) for entry in checks],
-        drivers=_drivers(design.certificate.inequalities),
-        plots=draw(design, nominal),
-        name=name_latex,
-        number=lambda *keys: Markup(number_markup(document, *keys)),  # noqa: S704
-        prose=lambda sentence: Markup(prose(sentence, document)),  # noqa: S704
-        tex=lambda latex: Markup(inline(latex)),  # noqa: S704
-        block=lambda latex: Markup(displayed(latex)),  # noqa: S704
-        markup=Markup,
-        **_calls(document),
-    )
+        "check_tables": [document["assumption_checks"]] if checks else [],
+        "check_texts": [obligation(design, document, entry.id) for entry in checks],
+        "drivers": _drivers(design.certificate.inequalities),
+        "sensitivity_tables": sensitivity_tables(document),
+        "plots": draw(design, nominal),
+        "name": name_latex,
+        "number": lambda *keys: Markup(number_markup(document, *keys)),  # noqa: S704
+        "prose": lambda sentence: Markup(prose(sentence, document)),  # noqa: S704
+        "tex": lambda latex: Markup(inline(latex)),  # noqa: S704
+        "block": lambda latex: Markup(displayed(latex)),  # noqa: S704
+        "formula": _formula,
+        "markup": Markup,
+        **call_lines(document),
+    }
+
+
+def _formula(mathml: str, kind: str = "") -> str:
+    """Put a formula on lines of its own; one that a phone must scroll takes the focus."""
+    from markupsafe import Markup
+
+    kinds = f"formula {kind}".strip()
+    focus = ' tabindex="0"' if widest(mathml) > NARROWEST else ""
+    return Markup(f'<div class="{kinds}"{focus}>{mathml}</div>')  # noqa: S704  made here
 
 
 def render_readme(document: Mapping[str, object]) -> str:
@@ -197,7 +218,7 @@ def render_readme(document: Mapping[str, object]) -> str:
             deltas=", ".join(deltas),
             converters=_converters(document),
             number=lambda *keys: shown(look_up(document, keys)),
-            **_calls(document),
+            **call_lines(document),
         )
     )
 
@@ -207,28 +228,6 @@ def _converters(document: Mapping[str, object]) -> list[tuple[str, int]]:
     states: Any = document["states"]
     entries: Any = look_up(document, ("measurement", "adc"))
     return [(name, i) for i, name in enumerate(states) if entries[i] is not None]
-
-
-def _calls(document: Mapping[str, object]) -> dict[str, object]:
-    """Lines that a user types; they depend on the reference and on the certificate."""
-    supplied = look_up(document, ("reference", "kind")) == str(ReferenceKind.RUNTIME)
-    nominal = document["center"] == str(CenterKind.NOMINAL)
-    certificate = document["certificate"]
-    return {
-        "python_reference": ", y_d" if supplied else "",
-        "c_reference": "y_d" if supplied else f"{document['name']}_reference(t)",
-        "passed": _PASSED.format(order=document["order"]) if supplied and nominal else "",
-        "certificates": [certificate] if certificate else [],
-        **_arithmetic(document),
-        "commands": [*(_VERIFY if certificate else ()), _SIMULATE],
-    }
-
-
-def _arithmetic(document: Mapping[str, object]) -> dict[str, object]:
-    """Say what the code computes with, unless it is binary64 and the libm, and what is equal."""
-    given: Any = document.get("arithmetic", {"real": "double", "math": "libm"})
-    kind = given["real"], given["math"]
-    return {"arithmetic": list(_ARITHMETIC[kind][0]), "same": _ARITHMETIC[kind][1]}
 
 
 def _drivers(inequalities: Sequence[Inequality]) -> list[dict[str, object]]:

@@ -1,4 +1,4 @@
-"""What the page says in words: promise, status, requirements.
+"""What the page says in words: promise, status, reference.
 
 A sentence is plain text with ``$LaTeX$`` for formulas and ``#path/in/report.json#`` for numbers;
 ``prose`` turns it into markup.
@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import html
 import re
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from bfppc_synth.model.certificate import Verdict
-from bfppc_synth.model.spec import Anchor, QuantizerKind, ReferenceKind, RhoKind
+from bfppc_synth.model.spec import Anchor, ReferenceKind, RhoKind
 from bfppc_synth.report.formulas import expression_latex, inline
 from bfppc_synth.report.funnel import funnel_promise
 from bfppc_synth.report.nominal import (
@@ -37,16 +36,6 @@ _STATUS = {
     Verdict.PRINTED: "NOT CERTIFIED: these are the paper's inequalities as printed, "
     "which do not prove the promise.",
 }
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Requirement:
-    """A row of the table of requirements: three sentences, and the unit as the user wrote it."""
-
-    what: str
-    value: str
-    unit: str
-    meaning: str
 
 
 def prose(sentence: str, document: Mapping[str, object]) -> str:
@@ -165,101 +154,6 @@ def _performance_promise(design: Design) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def requirements(design: Design) -> tuple[Requirement, ...]:
-    """List what the design asks of actuator, sensors and computer."""
-    spec = design.spec
-    limit = "no limit is declared in the plant file"
-    if spec.actuator.limit is not None:
-        limit = "the plant file allows #actuator/limit#"
-    unit = dict(spec.units).get("u", "")
-    rows = [
-        Requirement(
-            what="Actuator: peak input $U$",
-            value="#bounds/U#",
-            unit=unit,
-            meaning=f"largest magnitude that the law can ask for; {limit}",
-        ),
-        Requirement(
-            what="Actuator: error",
-            value="#actuator/error#",
-            unit=unit,
-            meaning=r"largest difference $\delta_u$ between commanded and applied input that is "
-            "covered",
-        ),
-        Requirement(
-            what="Slope of the law",
-            value="#bounds/slope#",
-            unit="",
-            meaning="largest derivative of the command by the last error: it multiplies what "
-            "noise the last error carries",
-        ),
-    ]
-    for index, (state, quantizer) in enumerate(
-        zip(spec.states, spec.measurement.quantizers, strict=True)
-    ):
-        kind = "exact measurement was declared"
-        if design.conditions.delta[index] > 0.0:
-            kind = "quantizer and noise together"
-        if quantizer.kind is not QuantizerKind.NONE:
-            kind += f" ({quantizer.kind} quantizer)"
-        rows.append(
-            Requirement(
-                what=f"Sensor of `{state}`: error $\\delta_{{0,{index + 1}}}$",
-                value=f"#measurement/delta/{index}#",
-                unit=dict(spec.units).get(state, ""),
-                meaning=f"largest measurement error that is covered; {kind}",
-            )
-        )
-        if quantizer.step is not None:
-            rows.append(_converter(state, index))
-    return (*rows, *_timing(design))
-
-
-def _converter(state: str, index: int) -> Requirement:
-    path = f"measurement/adc/{index}"
-    return Requirement(
-        what=f"Converter of `{state}`",
-        value=f"#{path}/bits#",
-        unit="bits",
-        meaning=rf"for cells of width #{path}/step# over the range $\pm X_{{{index + 1}}}$ = "
-        f"#{path}/range#, which the state never leaves; one level more where 0 is a level",
-    )
-
-
-def _timing(design: Design) -> tuple[Requirement, ...]:
-    numbers = "binary32" if design.arithmetic.single else "binary64"
-    continuous = "0 means that the certificate is about a continuous law"
-    period = continuous if design.conditions.hold == 0.0 else "jitter and lost samples included"
-    return (
-        Requirement(
-            what="Computer: sample period $h$",
-            value="#sampling/period#",
-            unit="s",
-            meaning=f"longest time between two samples that is covered; {period}",
-        ),
-        Requirement(
-            what=r"Computer: delay $\tau$",
-            value="#sampling/delay#",
-            unit="s",
-            meaning="longest time from a sample to its command that is covered",
-        ),
-        Requirement(
-            what="Computer: largest certified period",
-            value="#sampling/largest_certified_period#",
-            unit="s",
-            meaning="with these gains the inequalities still hold up to this period "
-            "(a lower bound; 0 where none is certified)",
-        ),
-        Requirement(
-            what="Computer: longest run",
-            value="#sampling/longest_run#",
-            unit="s",
-            meaning=f"after this time the clock is too coarse in {numbers} and the code holds its "
-            "command (status BAD_TIME): call `reset` before",
-        ),
-    )
-
-
 def reference_sentence(design: Design) -> str:
     """Say where the reference comes from and what bounds it."""
     reference = design.spec.reference
@@ -289,8 +183,9 @@ def performance_sentences(design: Design) -> tuple[str, ...]:
             )
         else:
             shape = (
-                rf"$\rho_{{{i}}}(t) = (1 - f) e^{{-\lambda t}} + f$, $\lambda$ = #{path}/rate# "
-                rf"per second, $f$ = #{path}/floor#"
+                rf"$\rho_{{{i}}}(t) = (1 - \rho_{{\infty}}) \text{{e}}^{{-\lambda t}} "
+                r"+ \rho_{\infty}$, "
+                rf"$\lambda$ = #{path}/rate# per second, $\rho_{{\infty}}$ = #{path}/floor#"
             )
         lines.append(
             rf"State `{state}`: {shape}; $\left|\dot{{\rho}}_{{{i}}}\right| \le$"

@@ -75,7 +75,7 @@ def test_no_backslash_and_no_style_survives_in_a_formula(expression):
         (x1 / 2, r"\frac{x_{1}}{2}"),
         (x1 / 30, r"\frac{x_{1}}{30}"),
         (sp.Rational(100, 7) * x1, r"\frac{100\,x_{1}}{7}"),
-        (sp.exp(sp.Rational(1, 10)) * x1, r"x_{1}\,e^{\frac{1}{10}}"),
+        (sp.exp(sp.Rational(1, 10)) * x1, r"x_{1}\,\text{e}^{\frac{1}{10}}"),
         (2 * sp.sqrt(x1), r"2\,\sqrt{x_{1}}"),
     ],
 )

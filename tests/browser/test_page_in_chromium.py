@@ -1,0 +1,158 @@
+"""report.html as a reader's browser shows it: window and phone, light and dark, and on paper."""
+
+from __future__ import annotations
+
+import base64
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+from bfppc_synth.pipeline import Options, Uncertified, run
+
+ROOT = Path(__file__).parents[2]
+FOLDERS = sorted(path.parent for path in (ROOT / "generated").glob("*/report.html"))
+# The page with the most on it, and one that is not certified; the others with BFPPC_TESTS=all.
+EVERYTHING = os.environ.get("BFPPC_TESTS") == "all"
+CHOSEN = [path for path in FOLDERS if path.name == "motor_arm_nominal" or EVERYTHING]
+WINDOW, PHONE = 1280, 390
+VIEWS = [(width, scheme) for width in (WINDOW, PHONE) for scheme in ("light", "dark")]
+# A4 between margins of 15 mm, in CSS pixels.
+PAPER = 680
+PRINTED = """\
+name: page_of_printed_gains
+states: [angle, x2]
+units: {angle: rad, u: V}
+parameters: {mass: [0.9, 1.1], tau: 0.5}
+dynamics:
+  angle: {f: angle**2 - sin(angle)*tau, f_bound: angle**2 + 1}
+  x2: {f: mass*angle*x2**2}
+initial: {angle: 0.5, x2: 0}
+performance: {accuracy: 0.25}
+synthesis: {method: theorem2, form: printed}
+simulation: {horizon: 0.5, period: 0.001, seed: 3}
+"""
+# What reaches beyond the window, unless it stands in something that scrolls by itself.
+OVERFLOW = """(() => {
+  const width = document.documentElement.clientWidth;
+  const scrolls = (element) => {
+    for (let e = element.parentElement; e; e = e.parentElement)
+      if (["auto", "scroll", "hidden"].includes(getComputedStyle(e).overflowX)) return true;
+    return false;
+  };
+  const out = [...document.querySelectorAll("body *")].filter((e) => {
+    const box = e.getBoundingClientRect();
+    return box.width && box.right > width + 0.5 && !scrolls(e);
+  });
+  return {
+    overflow: document.scrollingElement.scrollWidth - width,
+    beyond: out.slice(0, 5).map((e) => e.outerHTML.slice(0, 120)),
+  };
+})()"""
+RULES = """axe.run({exclude: [["math"]]}, {resultTypes: ["violations"]}).then((found) =>
+  found.violations.map((v) => v.id + ": " + v.nodes.slice(0, 3).map((n) => n.html).join(" | ")))"""
+
+
+@pytest.fixture(scope="module")
+def printed(tmp_path_factory):
+    """A page that says NOT CERTIFIED, of a plant whose names the page uses itself."""
+    base = tmp_path_factory.mktemp("page")
+    plant = base / "plant.yaml"
+    plant.write_text(PRINTED, encoding="utf-8")
+    run(plant, Options(out=base / "out", uncertified=Uncertified.WRITE))
+    return (base / "out" / "report.html").rename(base / "page_of_printed_gains.html")
+
+
+@pytest.fixture(
+    scope="module", params=[*CHOSEN, "printed"], ids=lambda path: getattr(path, "name", path)
+)
+def path(request, rendered):
+    if request.param == "printed":
+        return request.getfixturevalue("printed")
+    return rendered(request.param)
+
+
+@pytest.fixture(scope="module")
+def page(path, browser):
+    opened = browser.open(path, width=WINDOW)
+    yield opened
+    opened.close()
+
+
+def test_a_page_asks_for_nothing_and_has_nothing_to_say(page, path):
+    # Its own file, and the font that it carries.
+    own, font = page.requests()
+    assert own == path.resolve().as_uri()
+    assert font.startswith("data:font/woff2;")
+    assert page.messages() == []
+
+
+def test_nothing_reaches_beyond_window_phone_and_paper(page):
+    for width, media in ((WINDOW, "screen"), (PHONE, "screen"), (PAPER, "print")):
+        page.show(width=width, media=media)
+        assert page.run(OVERFLOW) == {"overflow": 0, "beyond": []}, (width, media)
+
+
+@pytest.mark.parametrize(("width", "scheme"), VIEWS)
+def test_a_picture_of_every_view_is_kept(page, path, screens, width, scheme):
+    page.show(width=width, scheme=scheme)
+    whole = EVERYTHING or (width, scheme) == VIEWS[0]
+    shot = page.ask("Page.captureScreenshot", format="png", captureBeyondViewport=whole)
+    picture = screens / f"{path.stem}-{width}-{scheme}.png"
+    picture.write_bytes(base64.b64decode(shot["data"]))
+    assert picture.stat().st_size > 10_000
+
+
+def test_every_formula_is_laid_out_with_the_embedded_font(page):
+    root = page.ask("DOM.getDocument", depth=0)["root"]["nodeId"]
+    found = page.ask("DOM.querySelectorAll", nodeId=root, selector="math mi, math mn, math mo")
+    nodes = found["nodeIds"]
+    assert len(nodes) > 300
+    fonts = {}
+    for node in nodes[:: max(1, len(nodes) // 400)]:
+        for font in page.ask("CSS.getPlatformFontsForNode", nodeId=node)["fonts"]:
+            key = font["familyName"], font["isCustomFont"]
+            fonts[key] = fonts.get(key, 0) + font["glyphCount"]
+    assert set(fonts) == {("STIX Two Math", True)}
+
+
+def test_a_page_in_the_dark_has_other_colours_and_keeps_its_plots_visible(page):
+    page.show(width=WINDOW)
+
+    def colours():
+        return page.run(
+            "[document.body, document.querySelector('.plot .tick')]"
+            ".map((e) => getComputedStyle(e)).map((s) => s.backgroundColor + s.fill)"
+        )
+
+    light = colours()
+    page.show(width=WINDOW, scheme="dark")
+    assert all(a != b for a, b in zip(light, colours(), strict=True))
+
+
+def test_a_page_prints_to_pdf_with_its_font(page, path, screens):
+    pdf = base64.b64decode(page.ask("Page.printToPDF", printBackground=True)["data"])
+    (screens / f"{path.stem}.pdf").write_bytes(pdf)
+    assert pdf.startswith(b"%PDF-")
+    assert re.search(rb"/FontName /[A-Z]{6}\+STIXTwoMath", pdf)
+    # A page that overflowed would be shrunk to fit, or cut.
+    assert len(re.findall(rb"/Type /Page\b", pdf)) > 3
+
+
+def test_axe_finds_no_violation(page, path, axe):
+    page.run(f"{axe}; 1")
+    # One view a page, another one for each page; all views of all pages with BFPPC_TESTS=all.
+    chosen = VIEWS if EVERYTHING else [VIEWS[0 if "printed" in path.stem else 3]]
+    for width, scheme in chosen:
+        page.show(width=width, scheme=scheme)
+        assert page.run(RULES) == [], (width, scheme)
+
+
+def test_the_first_stop_of_the_keyboard_leads_past_the_list_of_sections(page):
+    page.show(width=WINDOW)
+    page.ask(
+        "Input.dispatchKeyEvent", type="keyDown", key="Tab", code="Tab", windowsVirtualKeyCode=9
+    )
+    assert page.run("document.activeElement.className") == "skip"
+    assert page.run("document.activeElement.getBoundingClientRect().left") == 0
