@@ -44,7 +44,7 @@ _HOMES = {
     "UsageError": ("errors", "UsageError"),
     "load_spec": ("spec.load", "load_spec"),
     "simulate": ("artifacts", "simulate_trajectory"),
-    "synthesize": ("synthesis", "synthesize"),
+    "synthesize": ("synthesis.synthesize", "synthesize"),
     "write": ("artifacts", "write"),
 }
 

@@ -35,9 +35,9 @@ FENCE = re.compile(
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 RUN = {"bash": ["bash", "-euo", "pipefail"], "python": [sys.executable, "-"]}
 FILES = {"yaml", "c", "python", "text", "bash", "json"}
-# Pages whose `sh` blocks start at the root of the repository; they have tests of their own.
+# Pages that have tests of their own.
 OBJECTIVES = ("accuracy", "period", "resolution")
-ELSEWHERE = {"paper.md", "index.md"}
+ELSEWHERE = {"paper.md", "commands.md"}
 
 
 @dataclass(frozen=True)
