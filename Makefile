@@ -18,7 +18,8 @@ TOOLS := gcc g++ make cmake clang clang++ clang-tidy cppcheck frama-c x86_64-w64
   arm-none-eabi-gcc qemu-system-arm chromium npm
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test test-all bench centers baselines conservatism tight generated targets figures install tools clean
+.PHONY: demo test test-all bench centers baselines conservatism tight generated targets figures \
+  gallery docs install tools clean
 
 demo: install
 	@$(BIN)/bfppc-synth examples/paper_example_2.yaml --out build/paper_example_2
@@ -64,6 +65,16 @@ targets: install tools
 figures: install
 	@$(BIN)/python docs/draw_picture.py
 	@$(BIN)/python docs/draw_paper_figures.py
+
+# docs/gallery.md and its pictures, from generated/.
+gallery: install
+	@$(BIN)/python docs/draw_gallery.py
+
+# The manual as a site in build/site; a warning is an error.
+docs: install
+	@$(BIN)/python docs/reference/write_pages.py
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
+	@echo 'build/site/index.html'
 
 install: $(STAMP)
 

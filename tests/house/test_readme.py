@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 from bfppc_synth.cli import COMMANDS, main
@@ -15,11 +18,25 @@ def blocks(language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
 
 
-def test_its_plant_file_is_certified(tmp_path: Path) -> None:
+def test_its_plant_file_is_certified_and_its_ten_lines_of_python_run(tmp_path: Path) -> None:
     (text,) = blocks("yaml")
-    plant = tmp_path / "my_plant.yaml"
-    plant.write_text(text)
-    assert main([str(plant), "--out", str(tmp_path / "out"), "--quiet"]) == 0
+    (program,) = blocks("python")
+    (tmp_path / "my_plant.yaml").write_text(text)
+    assert len([line for line in program.splitlines() if line]) <= 10
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=300,
+    )
+    first, second = done.stdout.splitlines()
+    assert first.startswith("certified with |u| <= ")
+    assert second.startswith("largest error ")
+    # The folder that Python wrote is the one that the command line checks.
+    assert main(["verify", str(tmp_path / "generated" / "my_plant"), "--quiet"]) == 0
 
 
 def test_its_make_targets_exist() -> None:
