@@ -72,6 +72,22 @@ def read_chosen(document: Mapping[str, Any]) -> Chosen | None:
     return Chosen(objective=Objective(document["chosen"]["objective"]), value=value)
 
 
+def require_same(chosen: Chosen | None, certified: Mapping[str, Any] | None) -> None:
+    """Compare what a report says was chosen with what its certificate is about.
+
+    Raises
+    ------
+    ValueError
+        If the two differ.
+    """
+    said = None
+    if chosen is not None:
+        said = {"objective": str(chosen.objective), "value": chosen.value.hex()}
+    if said != certified:
+        message = "report.json and certificate.json are about different values"
+        raise ValueError(message)
+
+
 def _constant(value: Fraction) -> Constant:
     near = float(value)
     return Constant(text=repr(near), tree=Number(value=value), exact=value, approximate=near)

@@ -12,11 +12,15 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-#: Bracket that ends the search [log].
+#: Bracket that ends the search [log], and where designs end without a limit: nobody wants to be
+#: that near to where nothing holds.
 RESOLVED = 4e-4
+COARSE = 4e-3
 _STEP = math.log(2.0)
 _LONGEST_STEP = math.log(64.0)
 _MOST = 60
+# What a position may be away from the cheapest [log].
+_WORTH = 0.008
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
@@ -43,7 +47,8 @@ def furthest(excess: Callable[[float], float], start: float, *, end: float = mat
     Returns
     -------
     Edge
-        Within ``RESOLVED`` of the first position that does not hold; ``end`` where all hold.
+        Within ``RESOLVED`` of the first position that does not hold (``COARSE`` where nothing is
+        known of it); ``end`` where all hold.
     """
     low, at_low = start, excess(start)
     step = _STEP
@@ -70,7 +75,7 @@ def _between(
 ) -> Edge:
     """Close a bracket by false position, kept off its ends; by halves where an end is infinite."""
     halve = False
-    while high - low > RESOLVED:
+    while high - low > (RESOLVED if math.isfinite(at_high) else COARSE):
         width = high - low
         middle = low + 0.5 * width
         if not halve and math.isfinite(at_low) and math.isfinite(at_high):
@@ -88,7 +93,9 @@ def _between(
     return Edge(position=low, bound=math.isfinite(at_high))
 
 
-def cheapest(cost: Callable[[float], float], start: float, *, end: float = math.inf) -> float:
+def cheapest(
+    cost: Callable[[float], float], start: float, *, end: float = math.inf, first: float = _STEP
+) -> float:
     """Find the least value of a unimodal cost, from a position where it is finite.
 
     Parameters
@@ -99,6 +106,8 @@ def cheapest(cost: Callable[[float], float], start: float, *, end: float = math.
         A position that holds.
     end : float
         Not searched beyond.
+    first : float
+        The first step to either side.
 
     Returns
     -------
@@ -112,22 +121,21 @@ def cheapest(cost: Callable[[float], float], start: float, *, end: float = math.
             seen[position] = cost(position)
         return seen[position]
 
-    low, middle, high = start - _STEP, start, min(start + _STEP, end)
+    middle = start
     for direction in (1.0, -1.0):
-        step = _STEP
-        while step <= _LONGEST_STEP:
+        step = first
+        for _ in range(_MOST):
             ahead = min(middle + direction * step, end)
             if ahead == middle or value(ahead) >= value(middle):
                 break
-            middle, step = ahead, 2.0 * step
+            middle, step = ahead, min(2.0 * step, _LONGEST_STEP)
         if middle != start:
             break
-        step = _STEP
     known = sorted(seen)
     place = known.index(middle)
-    low = known[place - 1] if place > 0 else middle - _STEP
-    high = known[place + 1] if place + 1 < len(known) else min(middle + _STEP, end)
-    while high - low > 0.01:
+    low = known[place - 1] if place > 0 else middle - first
+    high = known[place + 1] if place + 1 < len(known) else min(middle + first, end)
+    while high - low > _WORTH:
         left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
         if value(left) <= value(right):
             high = right

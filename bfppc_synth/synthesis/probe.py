@@ -7,15 +7,17 @@ from dataclasses import dataclass, replace
 from enum import Enum, auto
 from typing import TYPE_CHECKING
 
+from bfppc_synth.bounds.signals import conditions
 from bfppc_synth.errors import EnvelopeError, NoDesignError, PlantFileError
 from bfppc_synth.gains.evaluation import Evaluation, Judge
+from bfppc_synth.gains.methods.theorem3 import retimed
 from bfppc_synth.gains.problem import DesignProblem, is_free
 from bfppc_synth.gains.search import STARTS, search
 from bfppc_synth.gains.theorem1.judge import Theorem1Judge
 from bfppc_synth.gains.theorem1.search import search_theorem1
 from bfppc_synth.gains.tight import search_tight
 from bfppc_synth.model.chosen import Chosen
-from bfppc_synth.model.spec import BoundsKind, Method
+from bfppc_synth.model.spec import BoundsKind, Method, Objective
 from bfppc_synth.spec.resolve import resolved
 from bfppc_synth.synthesis.prepare import prepare, problem_of_theorem1
 from bfppc_synth.synthesis.tight import finder_of
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
     from bfppc_synth.gains.theorem1.problem import Theorem1Problem
     from bfppc_synth.model.arithmetic import Arithmetic
     from bfppc_synth.model.bounds import SignalBounds
-    from bfppc_synth.model.spec import Objective, PlantSpec
+    from bfppc_synth.model.spec import PlantSpec
 
 # A design so near is the only start of the next search [log].
 _NEAR = 0.2
@@ -69,6 +71,7 @@ class Prober:
         self.spec = spec
         self.objective = objective
         self._limit = limit
+        self._base: tuple[DesignProblem, SignalBounds] | None = None
         self._tight = bounds is BoundsKind.TIGHT
         self.failure: PlantFileError | None = None
         self.transition: float | None = None
@@ -95,6 +98,7 @@ class Prober:
     def forget(self) -> None:
         """Drop what was found, to begin again with another T_s."""
         self._known.clear()
+        self._base = None
 
     def _tried(self, value: float, near: float) -> Probe | None:
         self._progress(f"trying {self.objective} {value:.4g}")
@@ -113,7 +117,7 @@ class Prober:
         if spec.synthesis.method is Method.THEOREM1:
             problem_1 = problem_of_theorem1(spec)
             return _of_theorem1(replace(problem_1, limit=None) if ignored else problem_1, value)
-        problem, signals = prepare(spec, transition=self.transition, arithmetic=self._arithmetic)
+        problem, signals = self._posed(spec)
         if self.transition is None and problem.nominal is not None:
             self.transition = problem.nominal.model.transition
         if ignored:
@@ -128,6 +132,20 @@ class Prober:
             cost=found.cost,
             evaluation=found,
         )
+
+    def _posed(self, spec: PlantSpec) -> tuple[DesignProblem, SignalBounds]:
+        """Pose the problem of one value; center and majorants know nothing of a period."""
+        timed = self.objective is Objective.PERIOD and not self._arithmetic.single
+        if timed and self._base is not None:
+            problem, signals = self._base
+            retold = replace(problem, plant=replace(problem.plant, spec=spec))
+            changed = retimed(retold, conditions(spec))
+            if changed is None:
+                raise NoDesignError(spec.path)
+            return changed, signals
+        posed = prepare(spec, transition=self.transition, arithmetic=self._arithmetic)
+        self._base = posed
+        return posed
 
     def _best(
         self, problem: DesignProblem, signals: SignalBounds, value: float, near: float

@@ -11,7 +11,7 @@ from bfppc_synth.gains.rounding import to_digits
 from bfppc_synth.model.spec import BoundsKind, Objective
 from bfppc_synth.spec.objective import INVERSE
 from bfppc_synth.spec.resolve import least_period
-from bfppc_synth.synthesis.edge import RESOLVED, Edge, cheapest, furthest
+from bfppc_synth.synthesis.edge import COARSE, RESOLVED, Edge, cheapest, furthest
 from bfppc_synth.synthesis.probe import Limit, Prober
 from bfppc_synth.synthesis.scale import first_guess
 
@@ -30,10 +30,14 @@ _DIGITS = 5
 # First values that are tried: steps away from the guess [log 4].
 _FIRST = (0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 6, -6, 8, -8, 10, -10)
 _QUARTER = math.log(4.0)
+# A perfect model has no smallest accuracy: from the first one that holds it is sought so far.
+_FURTHEST = math.log(1e8)
 # How much of a limit may be left where it still counts as what ends the search.
 _USED = 0.98
 # How often T_s, and what tight bounds add to termwise ones, are taken anew at the edge.
 _ROUNDS = 2
+# How far back from the last design the slope is traded [log].
+_TRADED = 0.1
 _CORRECTIONS = 5
 
 
@@ -108,17 +112,17 @@ class Seeker:
         if probe is None or (edge.bound and probe.U / self._limit >= _USED):
             return edge.position
         # Nothing but the slope ends it, which is beyond all bounds there.
-        return cheapest(self._cost, edge.position, end=edge.position)
+        return cheapest(self._cost, edge.position, end=edge.position, first=_TRADED)
 
     def _edge(self, start: float) -> Edge:
         if self._termwise is not None:
             corrected = self._corrected(start, self._termwise)
             if corrected is not None:
                 return corrected
-        edge = furthest(self._excess, start)
+        edge = furthest(self._excess, start, end=start + _FURTHEST)
         if not edge.bound:
             # No design so near to one may be the fault of the one start that was tried.
-            beyond = edge.position + 2.0 * RESOLVED
+            beyond = edge.position + COARSE
             if self._prober.again(self.value(beyond)) is not None and self._excess(beyond) <= 0.0:
                 edge = furthest(self._excess, beyond)
         return edge

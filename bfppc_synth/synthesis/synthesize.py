@@ -22,7 +22,7 @@ from bfppc_synth.model.design import Design
 from bfppc_synth.model.shapes import Shape
 from bfppc_synth.model.spec import BoundsKind, CenterKind, Form, Method
 from bfppc_synth.spec.objective import sought
-from bfppc_synth.spec.resolve import read_chosen, resolved
+from bfppc_synth.spec.resolve import read_chosen, require_same, resolved
 from bfppc_synth.synthesis.arithmetic import read_arithmetic, require_arithmetic
 from bfppc_synth.synthesis.nominal import around_performance
 from bfppc_synth.synthesis.prepare import MARGINS, prepare, problem_of_theorem1
@@ -167,6 +167,10 @@ def restore(folder: Path) -> Design:
         document: dict[str, Any] = json.loads((folder / "report.json").read_text(encoding="utf-8"))
         arithmetic = read_arithmetic(document)
         chosen = read_chosen(document)
+        if read_proof(folder):
+            # What is proved decides, not what a report says of it.
+            proved_for = json.loads(read_proof(folder))["design"].get("chosen")
+            require_same(chosen, proved_for)
         if document["method"] == Method.THEOREM1:
             problem_1 = problem_of_theorem1(_as_chosen(load_spec(folder / "plant.yaml"), chosen))
             return replace(restore_theorem1(problem_1, document, folder), arithmetic=arithmetic)
