@@ -155,6 +155,7 @@ def render_html(document: Mapping[str, object], design: Design, nominal: Traject
         check_tables=[document["assumption_checks"]] if checks else [],
         check_texts=[obligation(design, document, entry.id) for entry in checks],
         drivers=_drivers(design.certificate.inequalities),
+        sensitivities=[document["sensitivities"]] if design.sensitivities else [],
         plots=draw(design, nominal),
         name=name_latex,
         number=lambda *keys: Markup(number_markup(document, *keys)),  # noqa: S704
