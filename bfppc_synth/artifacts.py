@@ -52,6 +52,7 @@ def package(
     from bfppc_synth.codegen.cost import step_cost
     from bfppc_synth.codegen.law import build_law
     from bfppc_synth.codegen.measuring import measure_step
+    from bfppc_synth.reasons.sensitivities import with_sensitivities
     from bfppc_synth.report.render import render_html, render_readme
     from bfppc_synth.report.tables import report_document, trajectory_csv
     from bfppc_synth.spec.canonical import plant_json
@@ -64,6 +65,8 @@ def package(
     cost = step_cost(build_law(design))
     progress("measuring the C code")
     target = measure_step(code, design.spec.name)
+    progress("estimating what each requirement costs")
+    design = with_sensitivities(design)
     nominal, adversaries = evidence.nominal, evidence.adversaries
     document = report_document(design, nominal, adversaries, cost=cost, target=target)
     progress("writing the report")

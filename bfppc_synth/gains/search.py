@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from bfppc_synth.bounds.chain import chain_input, evaluate_chain
 from bfppc_synth.errors import EnvelopeError
 from bfppc_synth.gains.evaluation import Evaluation, Judge
-from bfppc_synth.gains.problem import Kind, Slot, patterns, slots
+from bfppc_synth.gains.problem import Kind, Slot, assemble, patterns, slots
 from bfppc_synth.gains.rounding import round_candidate
 from bfppc_synth.gains.solve import Program
 from bfppc_synth.gains.units import per_rate
@@ -142,6 +142,34 @@ def _solve(
         if best is None or candidate.cost < best.cost:
             best = candidate
     return best
+
+
+def continued(problem: DesignProblem, known: Evaluation) -> Evaluation | None:
+    """Solve from a design of a similar problem, without rounding; None where that breaks down.
+
+    Parameters
+    ----------
+    problem : DesignProblem
+        As free as the other one.
+    known : Evaluation
+        Where to start; its form of the last inequality is kept.
+
+    Returns
+    -------
+    Evaluation or None
+        An estimate: its ``shortfall`` says whether the inequalities hold.
+    """
+    judge = Judge(problem)
+    free = slots(problem, tuple(patterns(gains)[0] for gains in problem.gains))
+    start = _resumed(known, free) if free else None
+    if start is None:
+        return None
+    values = Program(problem, free, known.alternative).solve(*start)
+    if values is None:
+        return None
+    generic, widths = assemble(problem, values, judge.numbers)
+    shapes = tuple(Shape(k=s.k, M=s.M, epsilon=s.epsilon, c=s.c, N=s.N) for s in generic)
+    return judge.evaluate(shapes, widths, known.alternative)
 
 
 def _rounded(judge: Judge, solution: Mapping[Slot, float], alternative: str) -> Evaluation | None:

@@ -10,6 +10,7 @@ from bfppc_synth.model.arithmetic import DEFAULT
 from bfppc_synth.model.spec import CenterKind, Form, Method
 from bfppc_synth.reasons.question import Patience, Question
 from bfppc_synth.reasons.requirements import requirements_of
+from bfppc_synth.reasons.sensitivities import INVERSE
 from bfppc_synth.reasons.suggestions import (
     limit_suggestion,
     other_way,
@@ -79,7 +80,8 @@ def synthesize(
     try:
         return synthesis.synthesize(spec, progress=progress, arithmetic=arithmetic)
     except NoGainsError as error:
-        if spec.synthesis.form is Form.PRINTED:
+        inverse = any(word in INVERSE for word, _ in spec.synthesis.objective)
+        if spec.synthesis.form is Form.PRINTED or inverse:
             raise
         question = Question(spec, error.problem, arithmetic, Patience.of(patience))
         raise explained(question, error, progress) from error

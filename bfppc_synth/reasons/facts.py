@@ -59,6 +59,8 @@ def _range(edge: tuple[float, float], digits: int) -> str:
         # A narrow range far from 0 keeps its shape.
         digits = min(12, digits + math.ceil(math.log10(size / width)))
     low, high = number(edge[0], 1, digits), number(edge[1], -1, digits)
+    if edge[0] == edge[1]:
+        return number(edge[0], 0, digits)
     if float(low) >= float(high):
         return number((edge[0] + edge[1]) / 2.0, 0, 10)
     return f"[{low}, {high}]"

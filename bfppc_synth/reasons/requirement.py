@@ -39,8 +39,11 @@ class Requirement:
     weight: float = WISH
 
     def written(self, factor: float) -> str:
-        """Return the value that this factor leads to, as it stands in the file."""
-        return ", ".join(f"{edit.path} {edit.text}" for edit in self.change(factor))
+        """Return the value that this factor leads to; with its paths where it is several."""
+        edits = self.change(factor)
+        if len(edits) == 1 and edits[0].text is not None:
+            return edits[0].text
+        return ", ".join(f"{edit.path} {edit.text}" for edit in edits)
 
 
 def number(value: float, upward: int, digits: int = _DIGITS) -> str:

@@ -31,7 +31,6 @@ from bfppc_synth.report.glossary import Glossary
 from bfppc_synth.report.nominal_page import center_texts, splits
 from bfppc_synth.report.numbers import look_up, shown
 from bfppc_synth.report.obligations import obligation, term_sentence
-from bfppc_synth.report.sensitivities import sensitivity_tables
 from bfppc_synth.report.sentences import (
     number_markup,
     performance_sentences,
@@ -65,7 +64,7 @@ SECTIONS = (
     ("chain", "Derivation", "chain"),
     ("drivers", "What dominates", "drivers"),
     ("inequalities", "Inequalities", "inequalities"),
-    ("sensitivities", "What requirements cost", "sensitivities"),
+    ("sensitivities", "What asking less would buy", "sensitivities"),
     ("simulation", "Simulation", "simulation"),
     ("code", "Calling the code", "code"),
     ("check", "Checking again", "check"),
@@ -166,7 +165,7 @@ def _texts(
         "check_tables": [document["assumption_checks"]] if checks else [],
         "check_texts": [obligation(design, document, entry.id) for entry in checks],
         "drivers": _drivers(design.certificate.inequalities),
-        "sensitivity_tables": sensitivity_tables(document),
+        "sensitivities": [document["sensitivities"]] if design.sensitivities else [],
         "plots": draw(design, nominal),
         "name": name_latex,
         "number": lambda *keys: Markup(number_markup(document, *keys)),  # noqa: S704

@@ -24,6 +24,7 @@ from bfppc_synth.report.requirements import (
     reference_entry,
     sampling_entry,
 )
+from bfppc_synth.report.sensitivities import sensitivity_entries
 from bfppc_synth.report.stages import stages_entry
 
 if TYPE_CHECKING:
@@ -114,6 +115,7 @@ def report_document(
             "error": finite(design.conditions.actuator_error),
         },
         "inequalities": [inequality_entry(spec, entry) for entry in certificate.inequalities],
+        "sensitivities": sensitivity_entries(design),
         "assumption_checks": [
             inequality_entry(spec, entry) for entry in certificate.assumption_checks
         ],
