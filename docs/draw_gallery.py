@@ -18,10 +18,10 @@ PAGE = ROOT / "docs" / "gallery.md"
 POINTS = 150
 HEAD = """# Gallery
 
-Written by `make gallery` from `examples/` and what they generate. Every design below is certified, and its folder stands in
-`generated/`: open the report in it. U is the proved peak input, a worst case over everything that the plant file allows;
-what the simulated runs need is beside it. The paper's own printed gains, which are never certified, are in
-[paper.md](paper.md).
+Written by `make gallery` from `examples/` and what they generate. Every design below is certified,
+and its folder stands in `generated/`: open the report in it. U is the proved peak input, a worst
+case over everything that the plant file allows; what the simulated runs need is beside it. The
+paper's own printed gains, which are never certified, are in [paper.md](paper.md).
 
 """
 
@@ -64,17 +64,18 @@ def entry(path: Path, folder: Path) -> str:
         "U in simulations": number(report["simulation"]["max_abs_u"]),
         "slope": number(bounds["slope"]),
     }
-    safe = lesson[:1].upper() + lesson[1:]
+    lesson = lesson[:1].upper() + lesson[1:]
     name = path.stem
+    heading = title[1] if title else name
     return "\n".join(
         [
-            f"## {title[1] if title else name}",
+            f"## {heading}",
             "",
             f"`examples/{name}.yaml`. {source}".replace("*", r"\*"),
             "",
-            f"*What it teaches.* {safe}".replace("`*", "`").rstrip(),
+            f"*What it teaches.* {lesson}",
             "",
-            f"![{title[1] if title else name}: output in its proved tube, and input](gallery/{name}.svg)",
+            f"![{heading}: output in its proved tube, and input](gallery/{name}.svg)",
             "",
             "| " + " | ".join(facts) + " |",
             "|" + "---|" * len(facts),

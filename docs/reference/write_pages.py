@@ -14,6 +14,11 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 PAGES = ("commands.md", "plant-file.md")
+HEAD = """# Commands
+
+Written by `make docs` from `--help`. Exit codes are on a [page of their own](exit-codes.md).
+`--json` prints one object on stdout; progress and notes go to stderr.
+"""
 KINDS = {
     "Number": "number",
     "Integer": "whole number",
@@ -28,7 +33,7 @@ KINDS = {
 
 
 def help_text(*words: str) -> str:
-    """What ``bfppc-synth WORDS --help`` prints, in lines of 80 columns."""
+    """Return what ``bfppc-synth WORDS --help`` prints, in lines of 80 columns."""
     from bfppc_synth.cli import main
 
     os.environ["COLUMNS"] = "80"
@@ -39,13 +44,11 @@ def help_text(*words: str) -> str:
 
 
 def commands_page() -> str:
-    """The page of all commands: what --help says, whole."""
+    """Return the page of all commands: what --help says, whole."""
     from bfppc_synth.arguments import COMMANDS
 
     parts = [
-        "# Commands\n\nWritten by `make docs` from `--help`. Exit codes are on a"
-        " [page of their own](exit-codes.md). `--json` prints\none object on stdout; progress and"
-        " notes go to stderr.\n",
+        HEAD,
         f"## bfppc-synth\n\n```text\n{help_text()}\n```\n",
     ]
     parts += [f"## {name}\n\n```text\n{help_text(name)}\n```\n" for name in COMMANDS]
@@ -57,7 +60,7 @@ def kind_of(kind: object) -> str:
     name = type(kind).__name__
     words = getattr(kind, "words", None)
     if words:
-        return ", ".join(f"`{str(word)}`" for word in words)
+        return ", ".join(f"`{word!s}`" for word in words)
     if name == "OneOrPerState":
         return f"{kind_of(kind.item)}; or one for each state"
     if name == "PerState":
@@ -102,7 +105,7 @@ def inner(kind: object, path: str) -> list[str]:
 
 
 def plant_page() -> str:
-    """The page of the plant file: every key of the reader's own schema."""
+    """Return the page of the plant file: every key of the reader's own schema."""
     from bfppc_synth.expressions.names import FUNCTIONS
     from bfppc_synth.spec.schema import MOST_STATES, PLANT
 

@@ -151,6 +151,7 @@ def test_a_page_runs_from_top_to_bottom(page, tmp_path, environment):
                 input=snippet.text,
                 cwd=folder,
                 env=environment,
+                check=False,
                 capture_output=True,
                 text=True,
                 timeout=600,

@@ -30,6 +30,7 @@ def script(path):
 
 WRITER = script(DOCS / "reference" / "write_pages.py")
 GALLERY = script(DOCS / "draw_gallery.py")
+HOOKS = script(DOCS / "site_pages.py")
 GENERATED = {path.name for path in (ROOT / "generated").iterdir()}
 
 
@@ -120,6 +121,7 @@ def test_the_site_builds_without_a_warning_and_asks_no_other_host(tmp_path):
         [*command, "--site-dir", str(tmp_path)],
         cwd=ROOT,
         env=environment,
+        check=False,
         capture_output=True,
         text=True,
         timeout=300,
@@ -130,3 +132,21 @@ def test_the_site_builds_without_a_warning_and_asks_no_other_host(tmp_path):
     texts = [page.read_text(encoding="utf-8") for page in tmp_path.rglob("*.html")]
     assert len(texts) > 25
     assert [match[0] for text in texts for match in asked.finditer(text)] == []
+
+
+@pytest.mark.parametrize(
+    ("plain", "printed"),
+    [
+        ("<p>x_{i+1} &lt;= eps</p>", "<p>x<sub>i+1</sub> ≤ ε</p>"),
+        ("<p>drho_1 and rhobar(t)</p>", "<p>dρ<sub>1</sub> and ρ̄(t)</p>"),
+        (
+            "<p>e^0.775, s^(N-1), f^_i</p>",
+            "<p>e<sup>0.775</sup>, s<sup>(N-1)</sup>, f\u0302<sub>i</sub></p>",
+        ),
+        ("<p>a declared f_bound, the n-th</p>", "<p>a declared f_bound, the n-th</p>"),
+        ("<p><code>sampling.rho_max</code></p>", "<p><code>sampling.rho_max</code></p>"),
+        ("<p><code>phi_1(e) = 0</code></p>", "<p><code>φ<sub>1</sub>(e) = 0</code></p>"),
+    ],
+)
+def test_the_site_prints_formulas_and_leaves_words_alone(plain, printed):
+    assert HOOKS.typeset(plain) == printed
