@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import typer
 
-from bfppc_synth.arguments import Budget, Folder, Horizon, Json, Quiet, Compared, Seed, require_folder
+from bfppc_synth.arguments import (
+    Budget,
+    Compared,
+    Folder,
+    Horizon,
+    Json,
+    Quiet,
+    Seed,
+    require_folder,
+)
 from bfppc_synth.voice import Voice
 
 
