@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 # Lengths of a transition [s] that are tried where a plant file has none.
 _LENGTHS = ("1", "3", "0.3")
 # How long a user waits for an answer that is not a design [s]; what is left is said.
-_PATIENCE = 45.0
+_PATIENCE = 60.0
 
 
 def _silent(message: str) -> None:

@@ -14,7 +14,7 @@ Change = Callable[[float], tuple[Edit, ...]]
 
 #: What the same relative change is worth: of a wish; of what has to be bought; of a fact about
 #: the plant, its starts and what disturbs it, which a user can hardly change.
-WISH, BOUGHT, FACT = 1.0, 2.0, 4.0
+WISH, BOUGHT, FACT = 1.0, 1.3, 2.0
 
 _DIGITS = 3
 # How far a larger value is looked for: beyond, the file would be about another machine.
