@@ -267,8 +267,9 @@ def _shape(
 def log_limits(slot: Slot) -> tuple[float, float]:
     """Box of one log variable: wide in the units, narrow in the bend of the tanh.
 
-    y below 1e-2 is linear to 1e-5; a large y is what a tube hardly wider than zeta needs.
+    y below 1e-2 is linear to 1e-5; a large y is what a tube hardly wider than zeta needs. The
+    rest is far from what binary64 overflows at, so that a long chain is answered by its numbers.
     """
     if slot.kind is Kind.BEND:
         return math.log(1e-2), math.log(1e8)
-    return -60.0, 60.0
+    return -300.0, 300.0

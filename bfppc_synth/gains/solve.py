@@ -252,8 +252,8 @@ class Program:
         upper += [math.inf] * self._loads
         if self._needs_inner:
             guess.append(math.log(inner))
-            lower.append(-60.0)
-            upper.append(60.0)
+            lower.append(min(-60.0, guess[-1] - reach))
+            upper.append(max(60.0, guess[-1] + reach))
         logs = self._run(guess, lower, upper)
         if logs is None:
             return None

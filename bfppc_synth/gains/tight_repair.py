@@ -181,7 +181,7 @@ class Repair:
             if found is None:
                 return None
             # A load of 0 asks for nothing, and a feedback of 0 is none.
-            least = LEAST_RATE * half_widths[last]
+            least = LEAST_RATE * half_widths[last] * self._units[last]
             lack = max(
                 (d.rhs + least) * (1.0 + margin) / d.lhs if d.lhs > 0.0 else math.inf
                 for d in found.demands
@@ -289,5 +289,6 @@ class Repair:
         for i, (load, g) in enumerate(zip(bounds.D, bounds.g_min, strict=True)):
             ahead = start.feed[i] if i + 1 < len(shapes) else 0.0
             whole = load / g + ahead if g > 0.0 else math.inf
-            loads.append(whole * _ABOVE + 1e-15 * half_widths[i] if whole < math.inf else math.inf)
+            least = 1e-15 * half_widths[i] * self._units[i]
+            loads.append(whole * _ABOVE + least if whole < math.inf else math.inf)
         return TightBounds(load=tuple(loads), rate=bounds.D[-1] * _ABOVE + 1e-15 * half_widths[-1])

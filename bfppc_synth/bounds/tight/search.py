@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 # What rounding may amount to, relative to the terms of a residual.
 _ROUNDING = 1e-9
+# What stands for the size of a coordinate that is 0: no unit makes it that small.
+_NOWHERE = 1e-200
 _LEAST_BATCH, _MOST_BATCH = 16, 128
 _WAITING = 0.2
 # Points this much below the largest are no worst points.
@@ -138,7 +140,7 @@ def _peaks(
     for value, center, free, side in entries:
         if len(found) == effort.peaks:
             break
-        scale = np.abs(center) + 1e-9 if scale is None else scale
+        scale = np.maximum(np.abs(center), _NOWHERE) if scale is None else scale
         place = np.concatenate((free / width, 0.5 * center / scale))
         if any(s == side and np.max(np.abs(place - p)) < _APART for p, s in kept):
             continue
