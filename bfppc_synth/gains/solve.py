@@ -112,6 +112,10 @@ class _Solver:
             },
         )
         self._rows = len(rows)
+        self._parts = (variables, goal, ca.vertcat(*rows))
+        self._multipliers: list[float] = []
+        self._found: list[float] = []
+        self._box: tuple[list[float], list[float]] = ([], [])
 
     def run(self, guess: list[float], lower: list[float], upper: list[float]) -> list[float] | None:
         """Solve from a guess; None outside of every box, or where the iterates broke down."""
@@ -121,7 +125,28 @@ class _Solver:
             x0=guess, lbx=lower, ubx=upper, lbg=[0.0] * self._rows, ubg=[math.inf] * self._rows
         )
         values = [float(value) for value in found["x"].full().ravel()]
+        # CasADi's multiplier of a row that is at least 0 is not positive.
+        self._multipliers = [min(float(value), 0.0) for value in found["lam_g"].full().ravel()]
+        self._found, self._box = values, (lower, upper)
         return values if all(map(math.isfinite, values)) else None
+
+    def lower_bounds(self, room: float, counted: int) -> tuple[float, float]:
+        """Bound the goal of a convex program from below by its Lagrangian, in floats.
+
+        The Lagrangian lies above its tangent at the point found, wherever that is. The second
+        bound is without the ``room`` that the first ``counted`` rows ask for beyond 0.
+        """
+        variables, goal, rows = self._parts
+        lagrangian = goal + ca.dot(ca.DM(self._multipliers), rows)
+        gradient = ca.gradient(lagrangian, variables)
+        tangent = ca.Function("tangent", [variables], [lagrangian, gradient])
+        value, slope = (part.full().ravel() for part in tangent(self._found))
+        ends = zip(slope, self._found, *self._box, strict=True)
+        fall = sum(min(g * (low - at), g * (high - at)) for g, at, low, high in ends)
+        bound = float(value[0]) + float(fall)
+        without = bound + room * sum(self._multipliers[:counted])
+        finite = math.isfinite(without)
+        return (bound, without) if finite else (-math.inf, -math.inf)
 
 
 class PositiveProgram:
@@ -201,9 +226,10 @@ class Program:
         for demand in problem.theorem.demands(alternative, start, bounds, numbers, inner):
             floor = LEAST_RATE * widths[demand.step]
             rows.append(ca.log(demand.lhs) - ca.log(demand.rhs + floor) - room)
-        rows += [value - 1e-9 for value in residual.arithmetic.positive]
         if problem.limit is not None:
             rows.append(math.log(problem.limit) - ca.log(bounds.U) - room)
+        self._room, self._roomy = room, len(rows)
+        rows += [value - 1e-9 for value in residual.arithmetic.positive]
         weights = problem.weights
         goal = weights.peak_input * ca.log(bounds.U + 1e-300) + weights.slope * ca.log(bounds.slope)
         self._solver = _Solver(variables, goal, rows)
@@ -233,6 +259,14 @@ class Program:
         if logs is None:
             return None
         return {slot: math.exp(value) for slot, value in zip(self._free, logs, strict=False)}
+
+    def lower_bounds(self) -> tuple[float, float]:
+        """Bound the cost of every design from below, where the program is a geometric one.
+
+        Estimates, in floats, from the multipliers of the last solve, for designs within its box:
+        of those that keep the room that the search asks for, and of all.
+        """
+        return self._solver.lower_bounds(self._room, self._roomy)
 
 
 def _pressed(values: PointLoads, points: Points, shares: list[Any]) -> list[Any]:

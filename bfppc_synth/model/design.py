@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     )
     from bfppc_synth.model.certificate import Certificate
     from bfppc_synth.model.nominal import NominalModel, NominalSplit
+    from bfppc_synth.model.optimality import Optimality
     from bfppc_synth.model.plant import Plant
     from bfppc_synth.model.shapes import Gain
     from bfppc_synth.model.spec import PlantSpec
@@ -36,7 +37,8 @@ class Design:
     ``theorem1`` is there with that method only, ``nominal`` and
     ``nominal_split`` with that center only, ``tight`` and ``termwise`` with ``bounds: tight`` only.
     ``arithmetic`` is what the code computes with: the certificate is about it, and in binary32
-    ``bounds`` contain its rounding.
+    ``bounds`` contain its rounding. ``optimality`` is what the search knows of its optimum, None
+    where nothing was searched or the design was read back.
     """
 
     spec: PlantSpec
@@ -57,3 +59,4 @@ class Design:
     tight: TightBounds | None = None
     termwise: Termwise | None = None
     arithmetic: Arithmetic = DEFAULT
+    optimality: Optimality | None = None

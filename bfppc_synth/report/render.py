@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.model.spec import CenterKind, ReferenceKind
-from bfppc_synth.report.choices import choice_sentences
+from bfppc_synth.report.choices import choice_sentences, optimality_sentences
 from bfppc_synth.report.derivation import derivation
 from bfppc_synth.report.figures import draw
 from bfppc_synth.report.formulas import (
@@ -142,6 +142,7 @@ def render_html(document: Mapping[str, object], design: Design, nominal: Traject
         unknowns=[Markup(displayed(line)) for line in unknowns_latex(design.plant)],  # noqa: S704
         reference=reference_sentence(design),
         performance=(*choice_sentences(design), *performance_sentences(design)),
+        optimum=optimality_sentences(design),
         parameter_tables=[parameters] if parameters else [],
         majorant_tables=_majorants(design),
         centers=center_texts(design, document),
