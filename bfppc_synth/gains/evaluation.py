@@ -25,7 +25,9 @@ class Evaluation:
 
     ``shortfall`` is the largest relative amount by which a right side exceeds its left side
     (negative: every inequality holds with that much room). ``tight`` are the loads that it was
-    judged with; None where they are termwise.
+    judged with; None where they are termwise. ``starts`` are the costs that the starts of its
+    search reached; ``lower`` are bounds below the cost of a geometric program's
+    designs: of those that keep the room the search asks for, and of all.
     """
 
     shapes: tuple[Shape, ...]
@@ -36,6 +38,8 @@ class Evaluation:
     shortfall: float
     cost: float
     tight: TightBounds | None = None
+    starts: tuple[float, ...] = ()
+    lower: tuple[float, float] | None = None
 
     def holds(self, margin: float) -> bool:
         """Whether every inequality holds with this relative margin, and the limit is kept."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from bfppc_synth.bounds.chain import chain_input, evaluate_chain
 from bfppc_synth.errors import EnvelopeError
 from bfppc_synth.gains.evaluation import Evaluation, Judge
+from bfppc_synth.gains.geometric import is_geometric
 from bfppc_synth.gains.problem import Kind, Slot, assemble, patterns, slots
 from bfppc_synth.gains.rounding import round_candidate
 from bfppc_synth.gains.solve import Program
@@ -79,7 +80,13 @@ def search(
             if candidate is not None and (best is None or candidate.cost < best.cost):
                 best = candidate
         if best is not None:
-            break
+            # Either form may have the least cost: a bound below both is one below their least.
+            bounds = [None if candidate is None else candidate.lower for candidate in found]
+            known = [bound for bound in bounds if bound is not None]
+            if len(known) < len(bounds):
+                return replace(best, lower=None)
+            kept, free = (min(column) for column in zip(*known, strict=True))
+            return replace(best, lower=(kept, free))
     return best
 
 
@@ -111,6 +118,9 @@ def _solve(
     free = slots(problem, pattern)
     program = Program(problem, free, alternative)
     best: Evaluation | None = None
+    costs: list[float] = []
+    bounds: list[tuple[float, float]] = []
+    geometric = is_geometric(problem, free, alternative)
     resumed = None if resume is None else _resumed(resume, free)
     solution = None if resumed is None else program.solve(*resumed)
     if solution is not None:
@@ -132,16 +142,22 @@ def _solve(
         solution = program.solve(values, inner)
         if solution is None:
             continue
+        if geometric:
+            bounds.append(program.lower_bounds())
         candidate = _rounded(judge, solution, alternative)
         if candidate is None:
             continue
-        if best is not None and abs(candidate.cost - best.cost) <= AGREEMENT * max(
+        costs.append(candidate.cost)
+        agrees = best is not None and abs(candidate.cost - best.cost) <= AGREEMENT * max(
             1.0, abs(best.cost)
-        ):
-            return min(best, candidate, key=lambda evaluation: evaluation.cost)
+        )
         if best is None or candidate.cost < best.cost:
             best = candidate
-    return best
+        if agrees:
+            break
+    if best is None:
+        return None
+    return replace(best, starts=tuple(costs), lower=max(bounds) if bounds else None)
 
 
 def continued(problem: DesignProblem, known: Evaluation) -> Evaluation | None:

@@ -12,18 +12,17 @@ from bfppc_synth.bounds.chain import Loads, chain_input, evaluate_chain
 from bfppc_synth.bounds.residual import PerformanceResidual
 from bfppc_synth.gains.problem import assemble, log_limits
 from bfppc_synth.gains.tight_points import PointLoads
-from bfppc_synth.gains.traced import Traced, TracedArithmetic
+from bfppc_synth.gains.traced_chain import TracedNumbers, TracedResidual
 from bfppc_synth.gains.units import per_rate
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
     from bfppc_synth.bounds.chain import Residual
     from bfppc_synth.gains.positive import PositiveProblem
     from bfppc_synth.gains.problem import DesignProblem, Slot
     from bfppc_synth.gains.tight_points import Points
 
-GRID = 32
 # The search keeps this many times the final margin, as room for rounding to few digits.
 ROOM = 5.0
 # A rate [1/s] below which a load counts as this much of p: keeps log F* finite for f = 0.
@@ -37,72 +36,6 @@ SETTLED = 1e-5
 OWN_COST = 1e-4
 # Inequalities between feedback values: in units of x_{i+1}, and not of x_i as the other ones.
 FORCES = ("U1", "U2", "U2'", "T2")
-
-
-class CasadiNumbers:
-    """Functions of the chain on CasADi expressions."""
-
-    def number(self, value: float) -> Any:
-        """Return a constant."""
-        return ca.SX(value)
-
-    def tanh(self, value: Any) -> Any:
-        """Return the hyperbolic tangent."""
-        return ca.tanh(value)
-
-    def sqrt(self, value: Any) -> Any:
-        """Return the square root."""
-        return ca.sqrt(value)
-
-    def minimum(self, left: Any, right: Any) -> Any:
-        """Return the smaller of two."""
-        return ca.fmin(left, right)
-
-    def maximum(self, left: Any, right: Any) -> Any:
-        """Return the larger of two."""
-        return ca.fmax(left, right)
-
-    def supremum(self, function: Callable[[Any], Any]) -> Any:
-        """Return the largest value on a grid of [0, 1], an estimate that only guides."""
-        best = function(ca.SX(0.0))
-        for j in range(1, GRID + 1):
-            best = ca.fmax(best, function(ca.SX(j / GRID)))
-        return best
-
-    def record(self, symbol: str, index: int, value: Any) -> Any:
-        """Name nothing: the value itself."""
-        del symbol, index
-        return value
-
-
-class _Residual:
-    """W_i, maj g_i*, g_{m,i} as CasADi expressions of xi."""
-
-    def __init__(self, build: Callable[..., Residual[Traced]], accuracy: float, order: int) -> None:
-        self.arithmetic = TracedArithmetic(ca)
-        smallest = [accuracy] + [0.0] * (order - 1)
-
-        def place(index: int, lower: float, upper: float, xi: Traced) -> tuple[Traced, Traced]:
-            low = Traced(lower - xi.sx, lower - smallest[index], -1 if lower <= 0.0 else 0)
-            return low, Traced(upper + xi.sx, upper + smallest[index], 1 if upper >= 0.0 else 0)
-
-        self._inner = build(
-            arithmetic=self.arithmetic, place=place, constant=self.arithmetic.constant
-        )
-
-    def _lift(self, xi: tuple[Any, ...]) -> tuple[Traced, ...]:
-        return tuple(Traced(value, 0.0, 1) for value in xi)
-
-    def disturbance(self, index: int, xi: tuple[Any, ...]) -> Any:
-        return self._inner.disturbance(index, self._lift(xi)).sx
-
-    def gain_upper(self, index: int, xi: tuple[Any, ...]) -> Any:
-        return self._inner.gain_upper(index, self._lift(xi)).sx
-
-    def gain_lower(self, index: int, xi: tuple[Any, ...]) -> Any:
-        value = self._inner.gain_lower(index, self._lift(xi))
-        self.arithmetic.keep_positive(value)
-        return value.sx
 
 
 class _Solver:
@@ -122,6 +55,9 @@ class _Solver:
             },
         )
         self._rows = len(rows)
+        self._parts = (variables, goal, ca.vertcat(*rows))
+        self._found: list[float] = []
+        self._box: tuple[list[float], list[float]] = ([], [])
         self.multipliers: tuple[float, ...] = ()
         self.lowest_row = -math.inf
 
@@ -134,9 +70,29 @@ class _Solver:
         )
         values = [float(value) for value in found["x"].full().ravel()]
         # Of the last run: how hard each row presses, and how far the worst one is from holding.
-        self.multipliers = tuple(abs(float(value)) for value in found["lam_g"].full().ravel())
+        # CasADi's multiplier of a row that is at least 0 is not positive.
+        self.multipliers = tuple(max(-float(m), 0.0) for m in found["lam_g"].full().ravel())
         self.lowest_row = min(map(float, found["g"].full().ravel()), default=0.0)
+        self._found, self._box = values, (lower, upper)
         return values if all(map(math.isfinite, values)) else None
+
+    def lower_bounds(self, room: float, counted: int) -> tuple[float, float]:
+        """Bound the goal of a convex program from below by its Lagrangian, in floats.
+
+        The Lagrangian lies above its tangent at the point found, wherever that is. The second
+        bound is without the ``room`` that the first ``counted`` rows ask for beyond 0.
+        """
+        variables, goal, rows = self._parts
+        lagrangian = goal - ca.dot(ca.DM(self.multipliers), rows)
+        gradient = ca.gradient(lagrangian, variables)
+        tangent = ca.Function("tangent", [variables], [lagrangian, gradient])
+        value, slope = (part.full().ravel() for part in tangent(self._found))
+        ends = zip(slope, self._found, *self._box, strict=True)
+        fall = sum(min(g * (low - at), g * (high - at)) for g, at, low, high in ends)
+        bound = float(value[0]) + float(fall)
+        without = bound - room * sum(self.multipliers[:counted])
+        finite = math.isfinite(without)
+        return (bound, without) if finite else (-math.inf, -math.inf)
 
 
 class PositiveProgram:
@@ -147,7 +103,8 @@ class PositiveProgram:
         values = tuple(ca.exp(variables[j]) for j in range(problem.count))
         plant = problem.plant
         residuals = [
-            _Residual(
+            TracedResidual(
+                ca,
                 partial(PerformanceResidual, plant, problem.majorants, center),
                 problem.accuracy,
                 plant.order,
@@ -155,7 +112,7 @@ class PositiveProgram:
             for center in problem.centers
         ]
         handed: tuple[Residual[Any], ...] = tuple(residuals)
-        goal, pairs = problem.formulate(values, handed, CasadiNumbers())
+        goal, pairs = problem.formulate(values, handed, TracedNumbers(ca))
         room = ROOM * problem.margin
         # A right side that may be negative asks nothing there: only its positive part counts.
         rows = [
@@ -199,8 +156,8 @@ class Program:
         self._loads = 0 if points is None else problem.order + 1
         count = len(free) + self._loads
         variables = ca.SX.sym("log", count + (1 if self._needs_inner else 0))
-        numbers = CasadiNumbers()
-        residual = _Residual(problem.residual, problem.accuracy, problem.order)
+        numbers = TracedNumbers(ca)
+        residual = TracedResidual(ca, problem.residual, problem.accuracy, problem.order)
         values: Mapping[Slot, Any] = {slot: ca.exp(variables[j]) for j, slot in enumerate(free)}
         shapes, widths = assemble(problem, values, numbers)
         start = chain_input(shapes, widths, problem.center, problem.conditions, numbers)
@@ -224,6 +181,7 @@ class Program:
         if problem.limit is not None:
             asked.append(math.log(problem.limit) - ca.log(bounds.U) - room)
             self.names.append((LIMIT, problem.order - 1))
+        self._room = room
         rows += [value - 1e-9 for value in residual.arithmetic.positive]
         weights = problem.weights
         goal = weights.peak_input * ca.log(bounds.U + 1e-300) + weights.slope * ca.log(bounds.slope)
@@ -263,6 +221,14 @@ class Program:
         self, guess: list[float], lower: list[float], upper: list[float]
     ) -> list[float] | None:
         return self._solver.run(guess, lower, upper)
+
+    def lower_bounds(self) -> tuple[float, float]:
+        """Bound the cost of every design from below, where the program is a geometric one.
+
+        Estimates, in floats, from the multipliers of the last solve, for designs within its box:
+        of those that keep the room that the search asks for, and of all.
+        """
+        return self._solver.lower_bounds(self._room, len(self.names))
 
 
 class ElasticProgram(Program):

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     )
     from bfppc_synth.model.certificate import Certificate
     from bfppc_synth.model.nominal import NominalModel, NominalSplit
+    from bfppc_synth.model.optimality import Optimality
     from bfppc_synth.model.plant import Plant
     from bfppc_synth.model.sensitivity import Sensitivity
     from bfppc_synth.model.shapes import Gain
@@ -38,6 +39,8 @@ class Design:
     ``nominal_split`` with that center only, ``tight`` and ``termwise`` with ``bounds: tight`` only.
     ``arithmetic`` is what the code computes with: the certificate is about it, and in binary32
     ``bounds`` contain its rounding. ``sensitivities`` estimate what each requirement costs.
+    ``optimality`` is what the search knows of its optimum, None where nothing was searched or the
+    design was read back.
     """
 
     spec: PlantSpec
@@ -59,3 +62,4 @@ class Design:
     termwise: Termwise | None = None
     arithmetic: Arithmetic = DEFAULT
     sensitivities: tuple[Sensitivity, ...] = ()
+    optimality: Optimality | None = None

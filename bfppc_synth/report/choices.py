@@ -1,4 +1,4 @@
-"""What an inverse objective has chosen, in report.json and on the page."""
+"""What an objective has chosen and how good that is, in report.json and on the page."""
 
 from __future__ import annotations
 
@@ -35,3 +35,45 @@ def choice_sentences(design: Design) -> tuple[str, ...]:
     """Say which number of the page is no requirement but an answer."""
     chosen = design.spec.chosen
     return () if chosen is None else (_SENTENCES[chosen.objective],)
+
+
+def optimality_entry(design: Design) -> dict[str, object]:
+    """Lay out what the search knows of its optimum: estimates, an empty table for none.
+
+    ``kind`` is "geometric program" where a local optimum is global, with the ``gap`` that its
+    dual bound leaves; else "multi-start". Gap and spread are shares of the cost.
+    """
+    known = design.optimality
+    if known is None:
+        return {}
+    return {
+        "optimality": {
+            "kind": "multi-start" if known.gap is None else "geometric program",
+            "gap": None if known.gap is None else finite(known.gap),
+            "gap_without_margins": None
+            if known.gap_without_margins is None
+            else finite(known.gap_without_margins),
+            "spread": finite(known.spread),
+            "starts": known.starts,
+        }
+    }
+
+
+def optimality_sentences(design: Design) -> tuple[str, ...]:
+    """Say whether the optimum is the only one, and otherwise how far the starts agree."""
+    known = design.optimality
+    if known is None:
+        return ()
+    if known.gap is not None:
+        sentence = (
+            "Among laws with these terms the search is a geometric program: its optimum is global."
+            " By the dual bound no such law that keeps the margins of the search costs less than"
+            " this one by more than a share of #optimality/gap#, and none at all by more than"
+            " #optimality/gap_without_margins# (estimates, the rounding of the gains included)."
+        )
+    else:
+        sentence = (
+            "Nothing says that the optimum is global: #optimality/starts# starts of the search led"
+            " to a design, and their costs differ by a share of #optimality/spread# (an estimate)."
+        )
+    return (sentence,)

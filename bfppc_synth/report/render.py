@@ -10,7 +10,7 @@ from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.report.asks import requirements
 from bfppc_synth.report.breaking import widest
 from bfppc_synth.report.calls import call_lines
-from bfppc_synth.report.choices import choice_sentences
+from bfppc_synth.report.choices import choice_sentences, optimality_sentences
 from bfppc_synth.report.derivation import derivation
 from bfppc_synth.report.figures import draw
 from bfppc_synth.report.formulas import (
@@ -150,6 +150,7 @@ def _texts(
         "unknowns": [Markup(displayed(line)) for line in unknowns_latex(design.plant)],  # noqa: S704
         "reference": reference_sentence(design),
         "performance": (*choice_sentences(design), *performance_sentences(design)),
+        "optimum": optimality_sentences(design),
         "parameter_tables": [parameters] if parameters else [],
         "majorant_tables": _majorants(design),
         "centers": center_texts(design, document),

@@ -10,7 +10,7 @@ from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.model.shapes import Theorem1Gain
 from bfppc_synth.model.spec import THEOREMS
 from bfppc_synth.model.target import NOT_ASKED
-from bfppc_synth.report.choices import choice_entry
+from bfppc_synth.report.choices import choice_entry, optimality_entry
 from bfppc_synth.report.code import code_entry
 from bfppc_synth.report.evidence import failures, inequality_entry, simulation_entry
 from bfppc_synth.report.nominal import feed_entry, nominal_entry
@@ -104,6 +104,7 @@ def report_document(
         "reference": reference_entry(design),
         "performance": performance_entry(design),
         **choice_entry(design),
+        **optimality_entry(design),
         "initial": {
             state: [constant(start.lower), constant(start.upper)]
             for state, start in zip(spec.states, spec.initial, strict=True)

@@ -38,7 +38,10 @@ _USED = 0.98
 _ROUNDS = 2
 # How far back from the last design the slope is traded [log].
 _TRADED = 0.1
-_CORRECTIONS = 5
+_CORRECTIONS = 4
+# An excess that ends these corrections [log].
+_CLOSE = 3e-3
+_CHORDS = 3
 
 
 class Seeker:
@@ -109,7 +112,8 @@ class Seeker:
             return cheapest(self._cost, start)
         edge = self._edge(start)
         probe = self._prober.at(self.value(edge.position))
-        if probe is None or (edge.bound and probe.U / self._limit >= _USED):
+        settled = self._termwise is not None or (probe and probe.U / self._limit >= _USED)
+        if probe is None or (edge.bound and settled):
             return edge.position
         # Nothing but the slope ends it, which is beyond all bounds there.
         return cheapest(self._cost, edge.position, end=edge.position, first=_TRADED)
@@ -147,14 +151,17 @@ class Seeker:
                 break
             position = edge.position
             excess = self._excess(position)
-            while excess > 0.0 and position > best + RESOLVED:
-                # Rather a little less than another round.
-                position = max(best, position - max(0.5 * excess, RESOLVED))
+            for _ in range(_CHORDS):
+                if not 0.0 < excess < math.inf or position <= best + RESOLVED:
+                    break
+                # Between the two by the chord, a little to the safe side.
+                aim = at_best + 0.5 * _CLOSE
+                position = best + (position - best) * min(aim / (at_best - excess), 0.98)
                 excess = self._excess(position)
-            if excess > 0.0 or position <= best:
+            if excess > 0.0:
                 break
             best, at_best = position, excess
-            if at_best > -RESOLVED:
+            if at_best > -_CLOSE:
                 break
         return Edge(position=best, bound=True)
 

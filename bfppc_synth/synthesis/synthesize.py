@@ -13,6 +13,7 @@ from bfppc_synth.bounds.signals import (
 from bfppc_synth.errors import UsageError
 from bfppc_synth.gains.diagnose import no_design
 from bfppc_synth.gains.evaluation import Evaluation, Judge
+from bfppc_synth.gains.optimality import optimality_of
 from bfppc_synth.gains.problem import DesignProblem, is_free
 from bfppc_synth.gains.search import search
 from bfppc_synth.gains.terms import explained, nominal_split
@@ -247,4 +248,5 @@ def _design(
         nominal_split=nominal_split(problem, found),
         tight=found.tight,
         arithmetic=problem.arithmetic,
+        optimality=optimality_of(problem, found),
     )
