@@ -192,9 +192,7 @@ def loops(steps: int, turns: int) -> list[Row]:
         Row(what="hand-written C loop", value=each["hand"], wanted=""),
         Row(what="Python loop", value=each["python"], wanted=""),
         Row(what="Python loop, judged row by row", value=each["exact"], wanted=""),
-        Row(
-            what="Python / compiled", value=f"{factor:.1f}", wanted=f">= {AT_LEAST_PYTHON:g}"
-        ),
+        Row(what="Python / compiled", value=f"{factor:.1f}", wanted=f">= {AT_LEAST_PYTHON:g}"),
         Row(
             what="compiled / hand-written",
             value=f"{times['compiled'] / times['hand']:.2f}",
