@@ -90,7 +90,7 @@ class Row:
 
 
 def best(work: Callable[[], object], turns: int) -> float:
-    """Smallest processor time of some turns [s]."""
+    """Return the smallest processor time of some turns [s]."""
     times = []
     for _ in range(turns):
         start = time.process_time()
@@ -100,7 +100,7 @@ def best(work: Callable[[], object], turns: int) -> float:
 
 
 def material_of(step: float, horizon: float) -> Material:
-    """The campaign of paper_example_1 in steps of its own."""
+    """Gather the campaign of paper_example_1 in steps of its own."""
     from bfppc_synth.campaign.material import gather_material
 
     with tempfile.TemporaryDirectory() as scratch:
@@ -111,7 +111,7 @@ def material_of(step: float, horizon: float) -> Material:
 
 
 def at_step(material: Material, step: float) -> Material:
-    """The same campaign in other plant steps."""
+    """Take other plant steps."""
     from bfppc_synth.simulation.compiled.library import Axes
     from bfppc_synth.simulation.compiled.records import make_axis
     from bfppc_synth.simulation.scheme import choose_scheme
@@ -126,7 +126,7 @@ def at_step(material: Material, step: float) -> Material:
 
 
 def loops(steps: int, turns: int) -> list[Row]:
-    """One nominal loop of h = 0.1 ms: compiled, by hand, in Python."""
+    """Time one nominal loop of h = 0.1 ms: compiled, by hand, in Python."""
     from bfppc_synth.campaign.material import open_loop
     from bfppc_synth.simulation.compiled.build import build
     from bfppc_synth.simulation.compiled.python import PythonLoop
@@ -202,7 +202,7 @@ def loops(steps: int, turns: int) -> list[Row]:
 
 
 def threads(runs: int, turns: int) -> list[Row]:
-    """The same runs by one thread and by two."""
+    """Time the same runs by one thread and by two."""
     from bfppc_synth.campaign.batch import do_batch
     from bfppc_synth.engine import open_engine
 
@@ -210,7 +210,7 @@ def threads(runs: int, turns: int) -> list[Row]:
     clock, processor = {1: 1e300, 2: 1e300}, {1: 1e300, 2: 1e300}
     piece = runs // 16
     for _ in range(turns):
-        for workers in clock:
+        for workers in (1, 2):
             with open_engine(workers=workers, cluster=None) as engine:
                 batches = [(material, 1, piece * k, piece, None) for k in range(16)]
                 start, begin = time.perf_counter(), time.process_time()
@@ -233,7 +233,7 @@ def threads(runs: int, turns: int) -> list[Row]:
 
 
 def whole(runs: int) -> list[Row]:
-    """A campaign of T = 4 s, h = 1 ms by two threads; its memory at a tenth and at the end."""
+    """Make a campaign of T = 4 s, h = 1 ms by two threads; memory at a tenth and at the end."""
     from bfppc_synth.campaign.batch import do_batch
     from bfppc_synth.campaign.tally import Tally
     from bfppc_synth.engine import open_engine
