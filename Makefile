@@ -39,6 +39,7 @@ test-all: test
 bench: install
 	@$(BIN)/python benchmarks/bench_speed.py
 	@$(BIN)/python benchmarks/bench_c.py
+	@$(BIN)/python benchmarks/bench_campaign.py
 
 centers: install
 	@$(BIN)/python benchmarks/compare_centers.py

@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 #: How much finer the axis is on which samples come irregularly, and that of a repeated run.
 FINER = 4
 
+#: Plant steps of the longest run: an hour of a processor.
+LONGEST = 1e10
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Material:
@@ -91,6 +94,10 @@ def gather_material(folder: Path, *, horizon: float | None) -> Material:
         horizon = spec.simulation.horizon
     if not 0.0 < horizon < math.inf:
         raise UsageError(f"--horizon {horizon}: not a positive time; fix: write --horizon 10")
+    if horizon / choose_scheme(design).step > LONGEST:
+        raise UsageError(
+            f"--horizon {horizon:g}: more than {LONGEST:g} plant steps a run; fix: a shorter one"
+        )
     spec = replace(spec, simulation=replace(spec.simulation, horizon=horizon))
     require_arithmetic(spec, design.arithmetic)
     texts = [_text(folder / path) for path in code_files(spec.name)]

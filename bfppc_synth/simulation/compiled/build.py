@@ -31,6 +31,8 @@ FLAGS = (
     "-ffp-contract=off",
     *(f"-fno-builtin-{name}" for name in _FUNCTIONS),
     "-fPIC",
+    # What nobody outside can replace may be inlined.
+    "-fvisibility=hidden",
     "-shared",
     "-w",
 )

@@ -111,7 +111,7 @@ def _function(node: ast.FunctionDef) -> Function:
         name=node.name,
         parameters=parameters,
         results=len(results),
-        text=f"static void Sim_{node.name}({head})\n{{\n    {inside}\n}}\n",
+        text=f"static inline void Sim_{node.name}({head})\n{{\n    {inside}\n}}\n",
     )
 
 
