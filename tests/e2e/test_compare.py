@@ -14,7 +14,7 @@ from bfppc_synth.cli import main
 from bfppc_synth.compare import run as road
 
 ROOT = Path(__file__).parents[2]
-FEW = ["--runs", "3", "--budget", "4", "--horizon", "0.2"]
+FEW = ["--runs", "3", "--budget", "4", "--horizon", "0.1"]
 FILES = ["compare.csv", "compare.json", "compare.svg", "manifest.json"]
 KEYS = [
     "bfppc-synth",
@@ -179,6 +179,7 @@ def test_an_interrupt_leaves_no_half_written_folder(copy, monkeypatch, capsys):
 def test_a_plant_known_by_bounds_alone_has_rows_that_say_so(tmp_path, capsys):
     text = (ROOT / "examples" / "paper_example_1.yaml").read_text(encoding="utf-8")
     text = text.replace("    f: x1**2 - sin(x1)\n", "").replace("name: paper", "name: bounded")
+    text = text.replace("horizon: 10", "horizon: 0.1")
     plant, folder = tmp_path / "plant.yaml", tmp_path / "out"
     plant.write_text(text, encoding="utf-8")
     assert main([str(plant), "--out", str(folder), "--quiet"]) == 0
@@ -212,7 +213,7 @@ measurement:
   noise: 0.001
 sampling: {period: 0.001, delay: 0.0015}
 actuator: {error: 0.1, limit: 100}
-simulation: {horizon: 3, period: 0.001, seed: 2}
+simulation: {horizon: 0.1, period: 0.001, seed: 2}
 """
 
 SUPPLIED = """\
@@ -224,7 +225,7 @@ initial: {x1: [-0.1, 0.1], x2: 0}
 performance: {accuracy: 0.1, transition: 2}
 sampling: {period: 0.001}
 synthesis: {center: nominal}
-simulation: {horizon: 3, period: 0.001, seed: 2}
+simulation: {horizon: 0.1, period: 0.001, seed: 2}
 """
 
 

@@ -11,6 +11,8 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "baselines.md").read_text(encoding="utf-8")
+# A last digit decides on which side of a level a sample falls: other processors, other pairs.
+FEW = 8
 EVERY = os.environ.get("BFPPC_TESTS") == "all"
 
 
@@ -66,7 +68,10 @@ def test_under_a_quantizer_the_barrier_fails_for_most_pairs_and_the_linear_law_f
 
 @pytest.mark.parametrize("index", range(len(SCRIPT.ROWS)) if EVERY else [0])
 def test_a_row_of_pairs_is_made_again(index):
-    assert SCRIPT.ROWS[index].line() == page_of(SCRIPT.ROWS[index]) + "\n"
+    made, known = cells(SCRIPT.ROWS[index].line()), cells(page_of(SCRIPT.ROWS[index]))
+    assert made[:4] == known[:4]
+    for again, before in zip(made[4:], known[4:], strict=True):
+        assert abs(int(again) - int(before)) <= FEW
 
 
 def test_the_operations_are_counted_again():
@@ -90,7 +95,7 @@ def test_every_method_has_a_row_and_the_certified_one_is_inside(title):
 
 @pytest.mark.parametrize("title", [SCRIPT.QUANTIZED, *SCRIPT.EXAMPLES])
 def test_a_wide_funnel_survives(title):
-    row = rows_of(title)["Bechlioulis-Rovithakis PPC, wide funnel"]
+    row = rows_of(title)["Bechlioulis-Rovithakis PPC, wide funnels"]
     assert row[1:3] == ["0", "0"]
 
 
