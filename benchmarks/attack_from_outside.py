@@ -29,6 +29,8 @@ STRATEGIES = ("last", "first", "nearest", "swing", "constant", "random")
 HORIZON = 3.2
 # A law without a sample period is held for this share of its own time constant.
 HELD = 0.2
+# Parameters are chosen at every so many samples.
+CHOSEN = 10
 HEAD = """\
 # How conservative the certificates are
 
@@ -346,6 +348,7 @@ class Attack:
         alive = np.ones(self.runs, dtype=bool)
         before = np.zeros((folder.n, self.runs))
         u = np.zeros(self.runs)
+        parameters: list[np.ndarray] = []
         for k in range(round(horizon / h) + 1):
             t = k * h
             q = self.measured()
@@ -365,7 +368,8 @@ class Attack:
                 break
             self.decide(t, e, before)
             before = e
-            parameters = self.choose(t, u)
+            if k % CHOSEN == 0:
+                parameters = self.choose(t, u)
             with np.errstate(all="ignore"):
                 self.advance(t, h, u, parameters)
             self.x = np.where(alive, self.x, folder.start[:, :1])

@@ -81,7 +81,7 @@ its gains come from the synthesis, which knows bounds and no simulation, and its
 of a law that is proved for every plant within its bounds. Dynamic surface control and backstepping
 are given f and g of the nominal plant; the two kinds of prescribed performance control are given
 nothing. Two of three runs take anything within the declared bounds for the truth, where the file
-declares any. A wide funnel promises its own width and not the envelope: what it does inside it is
+declares any. Wide funnels promise their own widths and not the envelope: what they do inside it is
 what came out.
 """
 COSTS = """

@@ -86,7 +86,7 @@ def own_row(design: Design, clock: Clock) -> dict[str, Any]:
     status = (
         verdict.value
         if certified or verdict is not Verdict.CERTIFIED
-        else ("certified for faster sampling only")
+        else ("certified, but not at this sampling")
     )
     return {
         "method": "bfppc-synth",

@@ -37,7 +37,7 @@ CONTRADICTED = (
     " a smaller simulation.period"
 )
 #: What memory and patience allow; each is far beyond what changes the table.
-MOST_RUNS, MOST_SETS, MOST_SAMPLES = 400, 1000, 1_000_000
+MOST_RUNS, MOST_SETS, MOST_SAMPLES = 400, 1000, 5_000_000
 #: Runs that gains are tuned on; none of them is among those that the table is made of.
 _TUNING_RUNS = 6
 
@@ -161,10 +161,12 @@ def compare_design(
     seed = spec.simulation.seed if options.seed is None else options.seed
     horizon = spec.simulation.horizon if options.horizon is None else options.horizon
     clock = make_clock(design, horizon)
-    if clock.count > MOST_SAMPLES:
+    most = MOST_SAMPLES // options.runs
+    if clock.count > most:
         raise UsageError(
-            f"--horizon {horizon:g}: {clock.count} samples of {clock.period:g} s, above"
-            f" {MOST_SAMPLES}; fix: a horizon of at most {MOST_SAMPLES * clock.period:g} s"
+            f"--horizon {horizon:g}: {clock.count} samples of {clock.period:g} s, above {most} for"
+            f" {options.runs} runs; fix: a horizon of at most {most * clock.period:g} s, or fewer"
+            " --runs"
         )
     tuning = make_cases(design, clock, seed=seed, stream=0, runs=min(options.runs, _TUNING_RUNS))
     judged = make_cases(design, clock, seed=seed, stream=1, runs=options.runs)

@@ -14,7 +14,7 @@ from bfppc_synth.cli import main
 from bfppc_synth.compare import run as road
 
 ROOT = Path(__file__).parents[2]
-FEW = ["--runs", "3", "--budget", "4", "--horizon", "0.2"]
+FEW = ["--runs", "3", "--budget", "4", "--horizon", "0.1"]
 FILES = ["compare.csv", "compare.json", "compare.svg", "manifest.json"]
 KEYS = [
     "bfppc-synth",
@@ -179,6 +179,7 @@ def test_an_interrupt_leaves_no_half_written_folder(copy, monkeypatch, capsys):
 def test_a_plant_known_by_bounds_alone_has_rows_that_say_so(tmp_path, capsys):
     text = (ROOT / "examples" / "paper_example_1.yaml").read_text(encoding="utf-8")
     text = text.replace("    f: x1**2 - sin(x1)\n", "").replace("name: paper", "name: bounded")
+    text = text.replace("horizon: 10", "horizon: 0.1")
     plant, folder = tmp_path / "plant.yaml", tmp_path / "out"
     plant.write_text(text, encoding="utf-8")
     assert main([str(plant), "--out", str(folder), "--quiet"]) == 0
@@ -198,3 +199,46 @@ def test_a_covered_run_outside_of_its_envelope_is_said_aloud(copy, monkeypatch, 
     monkeypatch.setattr(road, "measured", lambda *words: {**real(*words), "inside": 0})
     assert main(["compare", str(copy), *FEW]) == 0
     assert "a run that the certificate covers left the envelope" in capsys.readouterr().err
+
+
+EVERYTHING = """\
+name: everything
+states: [x1]
+dynamics: {x1: {f: x1**2, f_bound: x1**2 + 0.1, disturbance: 0.05}}
+reference: 0.5*sin(t)
+initial: {x1: [0.4, 0.6]}
+performance: {accuracy: 0.15, rho: {kind: exponential, rate: 1}}
+measurement:
+  quantizer: {kind: hysteresis-uniform, step: 0.02, hysteresis: 0.005}
+  noise: 0.001
+sampling: {period: 0.001, delay: 0.0015}
+actuator: {error: 0.1, limit: 100}
+simulation: {horizon: 0.1, period: 0.001, seed: 2}
+"""
+
+SUPPLIED = """\
+name: supplied
+states: [x1, x2]
+dynamics: {x1: {f: 0}, x2: {f: -sin(x1), disturbance: 0.1}}
+reference: {bounds: [1, 1, 1, 1]}
+initial: {x1: [-0.1, 0.1], x2: 0}
+performance: {accuracy: 0.1, transition: 2}
+sampling: {period: 0.001}
+synthesis: {center: nominal}
+simulation: {horizon: 0.1, period: 0.001, seed: 2}
+"""
+
+
+@pytest.mark.parametrize("text", [EVERYTHING, SUPPLIED], ids=["everything", "supplied"])
+def test_delays_noise_limits_and_references_at_run_time_are_met_by_every_method(text, tmp_path):
+    plant, folder = tmp_path / "plant.yaml", tmp_path / "out"
+    plant.write_text(text, encoding="utf-8")
+    assert main([str(plant), "--out", str(folder), "--quiet"]) == 0
+    assert main(["compare", str(folder), "--quiet", *FEW]) == 0
+    found = document(folder)
+    assert found["runs"] == 3
+    own, *others = found["methods"]
+    assert own["certified"]
+    assert own["inside"] == own["runs"]
+    assert all(row["missing"] == "" for row in others)
+    assert all(row["peak_u"] <= 100.0 for row in found["methods"] if "limit" in text)

@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from bfppc_synth.simulation.baselines.arrays import Array
     from bfppc_synth.simulation.baselines.path import Path
 
+#: Least final width of the further funnels: as narrow as the search likes, or all wide.
+_NARROW_STATES, _WIDE_STATES = 0.1, 3.0
+
 #: Final width of the wide funnel over the accuracy, and over the resolution of x_1.
 _WIDE = (4.0, 8.0)
 
@@ -71,24 +74,28 @@ def funnel(order: int, accuracy: float) -> Method:
         title="Bechlioulis-Rovithakis PPC, funnel as narrow as the envelope",
         final=accuracy,
         margin=1.0,
+        least=_NARROW_STATES,
     )
 
 
 def wide_funnel(order: int, accuracy: float, resolution: float) -> Method:
-    """Make the method with a first funnel that the quantizer cannot jump over."""
+    """Make the method with funnels that a quantizer does not jump over."""
     return _method(
         order,
         key="bechlioulis-rovithakis-wide",
-        title="Bechlioulis-Rovithakis PPC, wide funnel",
+        title="Bechlioulis-Rovithakis PPC, wide funnels",
         final=max(_WIDE[0] * accuracy, _WIDE[1] * resolution),
         margin=2.0,
+        least=_WIDE_STATES,
     )
 
 
-def _method(order: int, *, key: str, title: str, final: float, margin: float) -> Method:
+def _method(
+    order: int, *, key: str, title: str, final: float, margin: float, least: float
+) -> Method:
     tunables = (
         *(Tunable(name=f"k_{i}", lower=1e-2, upper=1e3) for i in range(1, order + 1)),
-        *(Tunable(name=f"rho_{i}", lower=1e-1, upper=1e3) for i in range(2, order + 1)),
+        *(Tunable(name=f"rho_{i}", lower=least, upper=1e3) for i in range(2, order + 1)),
         Tunable(name="l", lower=0.2, upper=20.0),
     )
 

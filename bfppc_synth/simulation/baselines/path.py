@@ -89,7 +89,7 @@ def make_path(
         derivatives=reference + offset,
         y_d=reference[0],
         edge=np.abs(promised) + design.omega[0],
-        fade=np.array(fade[1:]).T.reshape(len(times), -1),
+        fade=np.array(fade[1:]).reshape(len(fade) - 1, len(times)).T,
         missing=missing,
     )
 

@@ -141,7 +141,7 @@ def test_every_argument_stays_within_what_the_file_allows():
 @pytest.mark.parametrize("name", ["compressor_surge", "motor_arm_nominal"])
 def test_the_generated_controller_behaves_as_in_its_own_simulation(name):
     found = design(name)
-    horizon = 0.3
+    horizon = 0.1
     controller = load_controller(ROOT / "generated" / name / "controller.py")
     alone = simulate_nominal(found, controller, horizon=horizon)
     cases = cases_of(name, horizon=horizon)
@@ -246,7 +246,7 @@ def test_backstepping_refuses_what_it_cannot_differentiate():
 @pytest.mark.parametrize("make", ["surface", "backstepping"])
 def test_a_method_that_knows_the_plant_follows_the_path(make):
     found = design("paper_example_2")
-    cases = cases_of("paper_example_2", horizon=2.0, period=0.001)
+    cases = cases_of("paper_example_2", horizon=1.0, period=0.001)
     method = surface(found.plant, 0.001) if make == "surface" else backstepping(found.plant)
     points = np.array([[20.0, 20.0, 0.002][: len(method.tunables)]])
     result = run_laws(cases, [law_of(method, cases, points)], kept=1)
