@@ -54,12 +54,16 @@ def proved_period(
 
 
 def proved_step(
-    plant_document: Mapping[str, Any], design_document: Mapping[str, Any], estimate: float
+    plant_document: Mapping[str, Any],
+    design_document: Mapping[str, Any],
+    estimate: float,
+    *,
+    late: int,
 ) -> float:
-    """Find a communication step whose own delay the certificate covers.
+    """Find a communication step at which the certificate covers a co-simulation.
 
-    A sample is taken every step, and its command acts one step later: period H, and a delay
-    of H on top of the declared one.
+    A sample is taken every step H, and its command acts ``late`` steps later: period H, and a
+    delay of ``late`` H on top of the declared one.
 
     Parameters
     ----------
@@ -67,6 +71,8 @@ def proved_step(
         As in ``proved_period``.
     estimate : float
         A period [s] without that delay, such as ``proved_period`` gives.
+    late : int
+        Steps of delay, 0 or 1.
 
     Returns
     -------
@@ -85,26 +91,34 @@ def proved_step(
         return 0.0
     declared = checker.to_doubles(found.problem.delay)[1]
     for share in _SHARES:
-        # (U2) reads h + tau, which is then 2 H and the declared delay.
-        step = _rounded_down(0.5 * share * estimate)
+        # (U2) reads h + tau, which is then (1 + late) H and the declared delay.
+        step = _rounded_down(share * estimate / (1 + late))
         if step <= 0.0:
             continue
-        document = copy.deepcopy(dict(plant_document))
-        timing = document["plant"].setdefault("sampling", {})
-        timing["period"] = repr(step)
-        timing["delay"] = repr(math.nextafter(step + declared, math.inf))
-        try:
-            again = design.obligations(document)
-        except checker.Refusal:
-            continue
-        # What was proved point by point, and the clamp, must be what this timing needs too.
-        kept = (
-            again.box == found.box
-            and again.enclosures["U"][1] <= Fraction(design.u_max) * checker.ONE
-        )
-        if kept and all(map(holds, alternatives(again))):
+        delay = math.nextafter(late * step + declared, math.inf) if late else declared
+        if _covers(plant_document, design, found, (step, delay)):
             return step
     return 0.0
+
+
+def _covers(
+    plant_document: Mapping[str, Any],
+    design: Design,
+    found: Obligations,
+    timing: tuple[float, float],
+) -> bool:
+    """Whether the same gains hold at another period and delay [s]."""
+    document = copy.deepcopy(dict(plant_document))
+    period, delay = timing
+    document["plant"]["sampling"] = {"period": repr(period), "delay": repr(delay)}
+    try:
+        again = design.obligations(document)
+    except checker.Refusal:
+        return False
+    # What was proved point by point, and the clamp, must be what this timing needs too.
+    peak = again.enclosures["U"][1]
+    kept = again.box == found.box and peak <= Fraction(design.u_max) * checker.ONE
+    return kept and all(map(holds, alternatives(again)))
 
 
 def _holds(

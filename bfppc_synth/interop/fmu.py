@@ -254,10 +254,10 @@ def _texts(law: Law, package: Package, standard: Standard, *, guid: str) -> dict
     templates = {
         "modelDescription.xml": f"modelDescription{major}.xml.jinja",
         "documentation/index.html": "index.html.jinja",
-        f"sources/fmi{major}.c": f"fmi{major}.c.jinja",
-        f"sources/fmi{major}_types.h": f"fmi{major}_types.h.jinja",
-        "sources/memory.h": "memory.h.jinja",
     }
+    # No plant's name has a dash: NAME.c and NAME.h stand beside these.
+    for file in (source_of(standard), f"fmi{major}-types.h", "fmu-memory.h"):
+        templates[f"sources/{file}"] = f"{file}.jinja"
     if standard is Standard.FMI3:
         templates["sources/buildDescription.xml"] = "buildDescription.xml.jinja"
     environment = template_environment()
@@ -267,6 +267,11 @@ def _texts(law: Law, package: Package, standard: Standard, *, guid: str) -> dict
         own = {"step": repr(experiment)} if path.startswith("model") else {}
         texts[path] = environment.get_template(f"fmu/{template}").render({**context, **own})
     return texts | {f"sources/{name}": text for name, text in package.code.items()}
+
+
+def source_of(standard: Standard) -> str:
+    """Name the one file under sources/ that is compiled; it includes the others."""
+    return f"fmi{standard.major}-interface.c"
 
 
 def archive(files: Mapping[str, bytes]) -> bytes:
