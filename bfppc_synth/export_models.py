@@ -150,7 +150,7 @@ def communication_steps(folder: Path, design: Design) -> Steps:
     Steps
         With one step of delay, and without (Event Mode of FMI 3.0).
     """
-    from bfppc_synth.certificate.period import proved_step
+    from bfppc_synth.certificate.period import OtherDelay, proved_step
     from bfppc_synth.interop.fmu import Steps
 
     plant = checker.read_json(folder / "plant.json")
@@ -159,7 +159,11 @@ def communication_steps(folder: Path, design: Design) -> Steps:
     if not 0.0 < estimate < math.inf:
         return Steps(delayed=None, event=None)
     delayed, event = (proved_step(plant, written, estimate, late=late) for late in (1, 0))
-    return Steps(delayed=delayed or None, event=event or None)
+    alone = None
+    if design.conditions.delay > 0.0:
+        none = OtherDelay.NONE
+        alone = proved_step(plant, written, estimate, late=1, other=none) or None
+    return Steps(delayed=delayed or None, event=event or None, alone=alone)
 
 
 def _export_fmu(folder: Path, target: ModelTarget, certified: _Certified) -> ExportedModel:

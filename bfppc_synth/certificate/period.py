@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
+from enum import Enum, auto
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,13 @@ if TYPE_CHECKING:
 # What is tried of an estimate made in binary64: the checker's bounds are a little wider.
 _SHARES = (1.0, 0.99, 0.97, 0.94, 0.9, 0.8, 0.6, 0.3)
 _DIGITS = 3
+
+
+class OtherDelay(Enum):
+    """What delays a command besides the communication step."""
+
+    DECLARED = auto()
+    NONE = auto()
 
 
 def proved_period(
@@ -59,11 +67,12 @@ def proved_step(
     estimate: float,
     *,
     late: int,
+    other: OtherDelay = OtherDelay.DECLARED,
 ) -> float:
     """Find a communication step at which the certificate covers a co-simulation.
 
     A sample is taken every step H, and its command acts ``late`` steps later: period H, and a
-    delay of ``late`` H on top of the declared one.
+    delay of ``late`` H on top of any other one.
 
     Parameters
     ----------
@@ -73,6 +82,8 @@ def proved_step(
         A period [s] without that delay, such as ``proved_period`` gives.
     late : int
         Steps of delay, 0 or 1.
+    other : OtherDelay
+        What else delays the command.
 
     Returns
     -------
@@ -90,9 +101,12 @@ def proved_step(
     if found.problem.method != "unified":
         return 0.0
     declared = checker.to_doubles(found.problem.delay)[1]
+    spare = 0.0
+    if other is OtherDelay.NONE:
+        spare, declared = declared, 0.0
     for share in _SHARES:
-        # (U2) reads h + tau, which is then (1 + late) H and the declared delay.
-        step = _rounded_down(share * estimate / (1 + late))
+        # (U2) reads h + tau, which is then (1 + late) H and the other delay.
+        step = _rounded_down(share * (estimate + spare) / (1 + late))
         if step <= 0.0:
             continue
         delay = math.nextafter(late * step + declared, math.inf) if late else declared

@@ -166,6 +166,9 @@ def test_the_description_says_which_step_the_certificate_covers_or_that_it_cover
     some = one.texts(Standard.FMI3)["modelDescription.xml"]
     assert "at most 0.00125 s" in some
     assert "at most 0.0025 s" in some
+    both = one.texts(Standard.FMI2, Steps(delayed=0.5, event=None, alone=0.75))
+    assert "none of its own" in both["modelDescription.xml"]
+    assert "none of its own" not in some
     none = one.texts(Standard.FMI3, Steps(delayed=None, event=None))["modelDescription.xml"]
     assert "is not certified" in none
     assert "at most" not in none
