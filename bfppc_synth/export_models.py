@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
@@ -149,17 +150,20 @@ def communication_steps(folder: Path, design: Design) -> Steps:
     Steps
         With one step of delay, and without (Event Mode of FMI 3.0).
     """
-    from bfppc_synth.certificate.period import proved_period, proved_step
+    from bfppc_synth.certificate.period import OtherDelay, proved_step
     from bfppc_synth.interop.fmu import Steps
 
     plant = checker.read_json(folder / "plant.json")
     written = checker.read_json(folder / "certificate.json")["design"]
     estimate = design.largest_certified_period
-    if estimate <= 0.0:
+    if not 0.0 < estimate < math.inf:
         return Steps(delayed=None, event=None)
-    period = proved_period(plant, written, estimate)
-    step = proved_step(plant, written, estimate)
-    return Steps(delayed=step or None, event=period or None)
+    delayed, event = (proved_step(plant, written, estimate, late=late) for late in (1, 0))
+    alone = None
+    if design.conditions.delay > 0.0:
+        none = OtherDelay.NONE
+        alone = proved_step(plant, written, estimate, late=1, other=none) or None
+    return Steps(delayed=delayed or None, event=event or None, alone=alone)
 
 
 def _export_fmu(folder: Path, target: ModelTarget, certified: _Certified) -> ExportedModel:
@@ -243,7 +247,10 @@ def _write(folder: Path, files: dict[str, bytes]) -> None:
             place.parent.mkdir(parents=True, exist_ok=True)
             # Beside its place first: an interrupted export leaves the old file whole.
             draft = place.with_name(f".{place.name}.new")
-            draft.write_bytes(content)
-            draft.replace(place)
+            try:
+                draft.write_bytes(content)
+                draft.replace(place)
+            finally:
+                draft.unlink(missing_ok=True)
         except OSError as error:
             raise UsageError(f"{place}: {error.strerror}; fix: make the folder writable") from error

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 from dataclasses import replace
+from enum import Enum, auto
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,13 @@ if TYPE_CHECKING:
 # What is tried of an estimate made in binary64: the checker's bounds are a little wider.
 _SHARES = (1.0, 0.99, 0.97, 0.94, 0.9, 0.8, 0.6, 0.3)
 _DIGITS = 3
+
+
+class OtherDelay(Enum):
+    """What delays a command besides the communication step."""
+
+    DECLARED = auto()
+    NONE = auto()
 
 
 def proved_period(
@@ -55,12 +63,17 @@ def proved_period(
 
 
 def proved_step(
-    plant_document: Mapping[str, Any], design_document: Mapping[str, Any], estimate: float
+    plant_document: Mapping[str, Any],
+    design_document: Mapping[str, Any],
+    estimate: float,
+    *,
+    late: int,
+    other: OtherDelay = OtherDelay.DECLARED,
 ) -> float:
-    """Find a communication step whose own delay the certificate covers.
+    """Find a communication step at which the certificate covers a co-simulation.
 
-    A sample is taken every step, and its command acts one step later: period H, and a delay
-    of H on top of the declared one.
+    A sample is taken every step H, and its command acts ``late`` steps later: period H, and a
+    delay of ``late`` H on top of any other one.
 
     Parameters
     ----------
@@ -68,6 +81,10 @@ def proved_step(
         As in ``proved_period``.
     estimate : float
         A period [s] without that delay, such as ``proved_period`` gives.
+    late : int
+        Steps of delay, 0 or 1.
+    other : OtherDelay
+        What else delays the command.
 
     Returns
     -------
@@ -85,27 +102,38 @@ def proved_step(
     if found.problem.method != "unified":
         return 0.0
     declared = checker.to_doubles(found.problem.delay)[1]
+    spare = 0.0
+    if other is OtherDelay.NONE:
+        spare, declared = declared, 0.0
     for share in _SHARES:
-        # (U2) reads h + tau, which is then 2 H and the declared delay.
-        step = _rounded_down(0.5 * share * estimate)
+        # (U2) reads h + tau, which is then (1 + late) H and the other delay.
+        step = _rounded_down(share * (estimate + spare) / (1 + late))
         if step <= 0.0:
             continue
-        document = copy.deepcopy(dict(plant_document))
-        timing = document["plant"].setdefault("sampling", {})
-        timing["period"] = repr(step)
-        timing["delay"] = repr(math.nextafter(step + declared, math.inf))
-        try:
-            again = design.obligations(document)
-        except checker.Refusal:
-            continue
-        # What was proved point by point, and the clamp, must be what this timing needs too.
-        kept = (
-            again.box == found.box
-            and again.enclosures["U"][1] <= Fraction(design.u_max) * checker.ONE
-        )
-        if kept and all(map(holds, alternatives(again))):
+        delay = math.nextafter(late * step + declared, math.inf) if late else declared
+        if _covers(plant_document, design, found, (step, delay)):
             return step
     return 0.0
+
+
+def _covers(
+    plant_document: Mapping[str, Any],
+    design: Design,
+    found: Obligations,
+    timing: tuple[float, float],
+) -> bool:
+    """Whether the same gains hold at another period and delay [s]."""
+    document = copy.deepcopy(dict(plant_document))
+    period, delay = timing
+    document["plant"]["sampling"] = {"period": repr(period), "delay": repr(delay)}
+    try:
+        again = design.obligations(document)
+    except checker.Refusal:
+        return False
+    # What was proved point by point, and the clamp, must be what this timing needs too.
+    peak = again.enclosures["U"][1]
+    kept = again.box == found.box and peak <= Fraction(design.u_max) * checker.ONE
+    return kept and all(map(holds, alternatives(again)))
 
 
 def _holds(

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bfppc_synth.interop.fmu import Standard
+from bfppc_synth.interop.fmu import Standard, source_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -71,7 +71,7 @@ def build_binary(sources: Mapping[str, str], name: str, standard: Standard) -> B
     if compiler is None:
         return NoBinary(reason=f"no compiler: none of {', '.join(COMPILERS)} is on PATH")
     library = f"{name}.so"
-    command = (compiler, *_FLAGS, f"fmi{standard.major}.c", "-o", library, "-lm")
+    command = (compiler, *_FLAGS, source_of(standard), "-o", library, "-lm")
     try:
         with tempfile.TemporaryDirectory(prefix="bfppc-synth-") as scratch:
             for path, text in sources.items():

@@ -34,12 +34,14 @@ class Standard(StrEnum):
 class Steps:
     """Largest communication steps [s] that the certificate covers, None where it covers none.
 
-    ``delayed``: commands act one communication step late. ``event``: FMI 3.0 with Event Mode,
-    where they do not.
+    ``delayed``: commands act one communication step late, and the declared delay later still.
+    ``event``: FMI 3.0 with Event Mode, where the declared delay is all. ``alone``: one step late
+    and no more, where the plant file declares a delay.
     """
 
     delayed: float | None
     event: float | None
+    alone: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -157,6 +159,11 @@ def sentences(law: Law, steps: Steps, standard: Standard) -> tuple[str, ...]:
         else "With this delay the certificate holds for no communication step: Co-Simulation of"
         " this controller is not certified."
     )
+    if steps.alone:
+        reach += (
+            " Where the declared delay stands for this one and the plant has none of its own, it"
+            f" holds for communication steps of at most {steps.alone!r} s."
+        )
     told = [
         (
             "Model Exchange has no delay: u follows the inputs. The start is latched when"
@@ -232,7 +239,7 @@ def _texts(law: Law, package: Package, standard: Standard, *, guid: str) -> dict
         "banner": package.banner,
         "heading": package.heading,
         "sentences": told,
-        "description": f"{package.heading} {' '.join(told)}",
+        "description": f"Controller {package.heading}. {' '.join(told)}",
         "tool_version": package.tool_version,
         "version": standard.value,
         "variables": variables,
@@ -254,10 +261,10 @@ def _texts(law: Law, package: Package, standard: Standard, *, guid: str) -> dict
     templates = {
         "modelDescription.xml": f"modelDescription{major}.xml.jinja",
         "documentation/index.html": "index.html.jinja",
-        f"sources/fmi{major}.c": f"fmi{major}.c.jinja",
-        f"sources/fmi{major}_types.h": f"fmi{major}_types.h.jinja",
-        "sources/memory.h": "memory.h.jinja",
     }
+    # No plant's name has a dash: NAME.c and NAME.h stand beside these.
+    for file in (source_of(standard), f"fmi{major}-types.h", "fmu-memory.h"):
+        templates[f"sources/{file}"] = f"{file}.jinja"
     if standard is Standard.FMI3:
         templates["sources/buildDescription.xml"] = "buildDescription.xml.jinja"
     environment = template_environment()
@@ -267,6 +274,11 @@ def _texts(law: Law, package: Package, standard: Standard, *, guid: str) -> dict
         own = {"step": repr(experiment)} if path.startswith("model") else {}
         texts[path] = environment.get_template(f"fmu/{template}").render({**context, **own})
     return texts | {f"sources/{name}": text for name, text in package.code.items()}
+
+
+def source_of(standard: Standard) -> str:
+    """Name the one file under sources/ that is compiled; it includes the others."""
+    return f"fmi{standard.major}-interface.c"
 
 
 def archive(files: Mapping[str, bytes]) -> bytes:
