@@ -29,7 +29,6 @@ from bfppc_synth.report.inserts import inserts
 from bfppc_synth.report.nominal_page import center_texts, splits
 from bfppc_synth.report.numbers import look_up, shown
 from bfppc_synth.report.obligations import obligation, term_sentence
-from bfppc_synth.report.sensitivities import sensitivity_tables
 from bfppc_synth.report.sentences import (
     performance_sentences,
     promise,
@@ -60,7 +59,7 @@ SECTIONS = (
     ("chain", "Derivation", "chain"),
     ("drivers", "What dominates", "drivers"),
     ("inequalities", "Inequalities", "inequalities"),
-    ("sensitivities", "What requirements cost", "sensitivities"),
+    ("sensitivities", "What asking less would buy", "sensitivities"),
     ("simulation", "Simulation", "simulation"),
     ("code", "Calling the code", "code"),
     ("check", "Checking again", "check"),
@@ -160,7 +159,7 @@ def _texts(
         "check_tables": [document["assumption_checks"]] if checks else [],
         "check_texts": [obligation(design, document, entry.id) for entry in checks],
         "drivers": _drivers(design.certificate.inequalities),
-        "sensitivity_tables": sensitivity_tables(document),
+        "sensitivities": [document["sensitivities"]] if document.get("sensitivities") else [],
         "plots": draw(design, nominal),
         **inserts(document),
         **call_lines(document),
