@@ -34,6 +34,7 @@ Plant = Annotated[Path, typer.Argument(metavar="PLANT", help="The plant file.")]
 Out = Annotated[Path | None, typer.Option(metavar="DIR", help="Where to write [generated/NAME].")]
 Allow = Annotated[bool, typer.Option("--allow-uncertified", help="Write without a certificate.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace the folder of another plant.")]
+Pdf = Annotated[bool, typer.Option("--pdf", help="Write report.pdf too (needs typst).")]
 Numbers = Annotated[
     Real, typer.Option("--real", help="Numbers of the code: binary64, or binary32 if it is enough.")
 ]

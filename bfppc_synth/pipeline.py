@@ -28,6 +28,7 @@ __all__ = [
     "Options",
     "Outcome",
     "Overwrite",
+    "Report",
     "Uncertified",
     "export",
     "run",
@@ -50,6 +51,13 @@ class Uncertified(Enum):
     WRITE = auto()
 
 
+class Report(Enum):
+    """What the report is written as."""
+
+    PAGE = auto()
+    PAGE_AND_PDF = auto()
+
+
 def _silent(message: str) -> None:
     del message
 
@@ -67,6 +75,7 @@ class Options:
     overwrite: Overwrite = Overwrite.REFUSE
     seed: int | None = None
     arithmetic: Arithmetic = DEFAULT
+    report: Report = Report.PAGE
     progress: Callable[[str], None] = _silent
 
 
@@ -104,8 +113,11 @@ def run(path: Path, options: Options) -> Outcome:
     BfppcError
         With its own exit code: 2 for the file and the folder, 3 where there is no design.
     """
+    from bfppc_synth.report.pdf import render_pdf, require_typst
     from bfppc_synth.spec.load import load_spec
 
+    if options.report is Report.PAGE_AND_PDF:
+        require_typst()
     spec = load_spec(path)
     if options.seed is not None:
         spec = replace(spec, simulation=replace(spec.simulation, seed=options.seed))
@@ -129,6 +141,9 @@ def run(path: Path, options: Options) -> Outcome:
         messages.append(sentence)
     elif certified and not evidence.within_bounds:
         messages.append(NOT_COVERED)
+    if options.report is Report.PAGE_AND_PDF:
+        options.progress("setting the report as PDF")
+        files["report.pdf"] = render_pdf(files["report.html"].decode())
     options.progress(f"writing {folder.as_posix()}")
     write_folder(
         files,

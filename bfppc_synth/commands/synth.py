@@ -4,7 +4,18 @@ from __future__ import annotations
 
 import typer
 
-from bfppc_synth.arguments import Allow, Force, Functions, Json, Numbers, Out, Plant, Quiet, Seed
+from bfppc_synth.arguments import (
+    Allow,
+    Force,
+    Functions,
+    Json,
+    Numbers,
+    Out,
+    Pdf,
+    Plant,
+    Quiet,
+    Seed,
+)
 from bfppc_synth.model.arithmetic import Arithmetic, Mathematics, Real
 from bfppc_synth.voice import Voice
 
@@ -17,6 +28,7 @@ def synth(
     force: Force = False,
     real: Numbers = Real.DOUBLE,
     math: Functions = Mathematics.LIBM,
+    pdf: Pdf = False,
     as_json: Json = False,
     quiet: Quiet = False,
     seed: Seed = None,
@@ -28,6 +40,7 @@ def synth(
         from bfppc_synth import pipeline
 
         doubtful, existing = pipeline.Uncertified, pipeline.Overwrite
+        kinds = pipeline.Report
         with voice.progress() as progress:
             options = pipeline.Options(
                 out=out,
@@ -35,6 +48,7 @@ def synth(
                 overwrite=existing.FORCE if force else existing.REFUSE,
                 seed=seed,
                 arithmetic=Arithmetic(real=real, mathematics=math),
+                report=kinds.PAGE_AND_PDF if pdf else kinds.PAGE,
                 progress=progress,
             )
             outcome = pipeline.run(plant, options)

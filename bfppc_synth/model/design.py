@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 from bfppc_synth.model.arithmetic import DEFAULT
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from bfppc_synth.model.arithmetic import Arithmetic
     from bfppc_synth.model.bounds import (
         CenterBounds,
@@ -63,3 +66,16 @@ class Design:
     arithmetic: Arithmetic = DEFAULT
     sensitivities: tuple[Sensitivity, ...] = ()
     optimality: Optimality | None = None
+
+    def _repr_html_(self) -> str:
+        """Show the tables of the report in a notebook."""
+        return str(_display("notebook_html")(self))
+
+    def _repr_latex_(self) -> str:
+        """Show them in a notebook that is printed through LaTeX."""
+        return str(_display("notebook_latex")(self))
+
+
+def _display(name: str) -> Callable[[Design], str]:
+    # By name, as bfppc_synth/__init__.py does: the record stays below the room that shows it.
+    return getattr(import_module("bfppc_synth.report.notebook"), name)  # type: ignore[no-any-return]

@@ -71,9 +71,13 @@ def _of_formula(mathml: str) -> tuple[Letter, ...]:
 
 
 def _walk(element: ET.Element) -> Iterator[Letter]:
+    if element.tag == "mrow" and len(element) == 1:
+        yield from _walk(element[0])
+        return
     single = _single(element)
     if single is not None:
-        yield single
+        if any(sign.isalpha() for sign in single.stem):
+            yield single
         if element.tag == "msubsup" and single.mark != _text(element[-1]):
             yield from _walk(element[-1])
         return

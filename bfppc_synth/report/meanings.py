@@ -26,7 +26,7 @@ CHAIN = {
 }
 
 # Numbers that everyone knows.
-NUMBERS = frozenset({"\N{GREEK SMALL LETTER PI}", "\N{PLUS-MINUS SIGN}"})
+NUMBERS = frozenset({"\N{GREEK SMALL LETTER PI}"})
 
 MEANINGS = {
     "t": ("t", "time since the first sample, in seconds"),

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.report.asks import requirements
-from bfppc_synth.report.breaking import widest
 from bfppc_synth.report.calls import call_lines
 from bfppc_synth.report.choices import choice_sentences, optimality_sentences
 from bfppc_synth.report.derivation import derivation
@@ -18,7 +17,6 @@ from bfppc_synth.report.formulas import (
     dynamics_latex,
     expression_latex,
     inline,
-    name_latex,
     unknowns_latex,
 )
 from bfppc_synth.report.gains import (
@@ -28,11 +26,11 @@ from bfppc_synth.report.gains import (
     pushes_sentence,
 )
 from bfppc_synth.report.glossary import Glossary
+from bfppc_synth.report.inserts import inserts
 from bfppc_synth.report.nominal_page import center_texts, splits
 from bfppc_synth.report.numbers import look_up, shown
 from bfppc_synth.report.obligations import obligation, term_sentence
 from bfppc_synth.report.sentences import (
-    number_markup,
     performance_sentences,
     promise,
     prose,
@@ -52,8 +50,6 @@ PAGE = "report/page.html.jinja"
 STYLE = "report/style.css.jinja"
 README = "report/README.md.jinja"
 FONT = "report/fonts/stix-two-math.woff2"
-# Letters that fit on a line of a phone, also where the formula is printed large.
-NARROWEST = 28.0
 # An engineer's questions in their order: key of the heading, its link, its template.
 SECTIONS = (
     ("promise", "Promise", "promise"),
@@ -141,7 +137,6 @@ def _texts(
         "banners": () if certified else (status_sentence(design),),
         "status": status_sentence(design),
         "verdict_class": "good" if certified else "bad",
-        "holds_class": {True: "good", False: "bad"},
         "promise_title": title,
         "scope": scope,
         "promise": promise(design),
@@ -166,26 +161,11 @@ def _texts(
         "check_tables": [document["assumption_checks"]] if checks else [],
         "check_texts": [obligation(design, document, entry.id) for entry in checks],
         "drivers": _drivers(design.certificate.inequalities),
-        "sensitivities": [document["sensitivities"]] if design.sensitivities else [],
+        "sensitivities": [document["sensitivities"]] if document.get("sensitivities") else [],
         "plots": draw(design, nominal),
-        "name": name_latex,
-        "number": lambda *keys: Markup(number_markup(document, *keys)),  # noqa: S704
-        "prose": lambda sentence: Markup(prose(sentence, document)),  # noqa: S704
-        "tex": lambda latex: Markup(inline(latex)),  # noqa: S704
-        "block": lambda latex: Markup(displayed(latex)),  # noqa: S704
-        "formula": _formula,
-        "markup": Markup,
+        **inserts(document),
         **call_lines(document),
     }
-
-
-def _formula(mathml: str, kind: str = "") -> str:
-    """Put a formula on lines of its own; one that a phone must scroll takes the focus."""
-    from markupsafe import Markup
-
-    kinds = f"formula {kind}".strip()
-    focus = ' tabindex="0"' if widest(mathml) > NARROWEST else ""
-    return Markup(f'<div class="{kinds}"{focus}>{mathml}</div>')  # noqa: S704  made here
 
 
 def render_readme(document: Mapping[str, object]) -> str:

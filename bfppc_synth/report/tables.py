@@ -74,6 +74,30 @@ def report_document(
     ----------
     SPEC section 3 (docs/theory.md sections 2 and 3 define the bounds).
     """
+    whole = design_document(design)
+    ends = ("arithmetic", "tool")
+    last: dict[str, object] = {key: whole.pop(key) for key in ends if key in whole}
+    return {
+        **whole,
+        "simulation": simulation_entry(design, nominal, adversaries),
+        **code_entry(design, cost, target),
+        **last,
+    }
+
+
+def design_document(design: Design) -> dict[str, object]:
+    """Lay out the part of report.json that a design alone gives, before it is run.
+
+    Parameters
+    ----------
+    design : Design
+        As for ``report_document``.
+
+    Returns
+    -------
+    dict[str, object]
+        All keys but ``simulation`` and ``code``.
+    """
     spec, certificate = design.spec, design.certificate
     synthesis = spec.synthesis
     return {
@@ -122,8 +146,6 @@ def report_document(
         ],
         "assumptions": list(certificate.assumptions),
         "failures": list(failures(certificate)),
-        "simulation": simulation_entry(design, nominal, adversaries),
-        **code_entry(design, cost, target),
         **arithmetic_entry(design),
         "tool": {"version": version("bfppc-synth"), "plant_sha256": spec.sha256},
     }

@@ -256,3 +256,14 @@ def test_a_reference_of_run_time_is_an_argument_of_the_call(design, run):
     assert "controller.step(t, x, y_d)" in render_readme(document)
     assert "hand_made_step(&state, t, x, y_d, &u)" in render_readme(document)
     assert "supplied at run time" in render_html(document, supplied, run)
+
+
+def test_estimates_of_what_requirements_cost_have_a_section_of_their_own(document, design, run):
+    entry = {"path": "performance.accuracy", "given": "0.15", "eased": "0.165"}
+    costs = {"U_percent": -9.25, "slope_percent": -17.5, "kind": "estimate"}
+    page = render_html(document | {"sensitivities": [entry | costs]}, design, run)
+    assert ("sensitivities[0].U_percent", "-9.25", "-9.25") in Page(page).numbers
+    assert page.index('id="inequalities"') < page.index('id="sensitivities"')
+    assert page.index('id="sensitivities"') < page.index('id="simulation"')
+    assert "Estimates, not proofs" in page
+    assert 'id="sensitivities"' not in render_html(document, design, run)
