@@ -57,9 +57,14 @@ class Snippet:
         return bool(self.title) and not self.is_output
 
     @property
+    def is_long(self):
+        return self.mark.endswith("long")
+
+    @property
     def is_shown(self):
-        word = self.mark.removeprefix("needs ")
-        return self.mark.startswith("shown") or (word != self.mark and not is_there(word))
+        word = self.mark.removeprefix("needs ").removesuffix(", long")
+        waits = self.mark.startswith("needs") and not is_there(word)
+        return self.mark.startswith("shown") or waits
 
     @property
     def exit_code(self):
@@ -96,7 +101,7 @@ def is_session(page):
 
 
 SESSIONS = [page for page in SNIPPETS if is_session(page)]
-LONG = {page for page in SESSIONS if any(s.mark == "long" for s in SNIPPETS[page])}
+LONG = {page for page in SESSIONS if any(s.is_long for s in SNIPPETS[page])}
 
 
 def alike(expected, found):
@@ -164,7 +169,9 @@ def test_a_page_runs_from_top_to_bottom(page, tmp_path, environment):
 @pytest.mark.parametrize("page", SNIPPETS)
 def test_a_fence_is_run_or_says_why_not(page):
     for snippet in SNIPPETS[page]:
-        assert re.fullmatch(r"|long|fails \d|shown: .+|needs [a-z0-9]+", snippet.mark), snippet.mark
+        assert re.fullmatch(r"|long|fails \d|shown: .+|needs [a-z0-9]+(?:, long)?", snippet.mark), (
+            snippet.mark
+        )
         runs = snippet.language in RUN
         assert snippet.is_shown or snippet.is_output or runs or snippet.is_file, snippet.text
         assert snippet.language in FILES, snippet
