@@ -26,6 +26,7 @@ from bfppc_synth.arguments import COMMANDS, LATER
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
+UPDATE = os.environ.get("BFPPC_DOCS") == "update"
 EVERY = os.environ.get("BFPPC_TESTS") == "all"
 FENCE = re.compile(
     r"^(?:<!-- snippet: (?P<mark>[^>]*?) -->\n+)?```(?P<language>[a-z]*)"
@@ -122,6 +123,16 @@ def matches(expected, found):
     return bool(found) and alike(expected[0], found[0]) and matches(expected[1:], found[1:])
 
 
+def update(snippet, printed):
+    """Put what was printed into the page, as many lines as stood there before ``...``."""
+    path, lines = DOCS / snippet.page, snippet.text.splitlines()
+    kept = [*printed[: lines.index("...")], "..."] if "..." in lines else printed
+    fence = '```text title="output"\n'
+    new = "".join(f"{line}\n" for line in kept)
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace(fence + snippet.text, fence + new, 1), encoding="utf-8")
+
+
 @pytest.fixture
 def environment(tmp_path):
     """An environment whose first `bfppc-synth` and `python` are the ones under test."""
@@ -145,6 +156,9 @@ def test_a_page_runs_from_top_to_bottom(page, tmp_path, environment):
             continue
         if snippet.is_output:
             expected = snippet.text.splitlines()
+            if UPDATE and not matches(expected, printed):
+                update(snippet, printed)
+                continue
             assert matches(expected, printed), "\n".join(["printed:", *printed])
         elif snippet.is_file:
             path = folder / snippet.title
