@@ -26,6 +26,7 @@ from bfppc_synth.arguments import COMMANDS, LATER
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
+UPDATE = os.environ.get("BFPPC_DOCS") == "update"
 EVERY = os.environ.get("BFPPC_TESTS") == "all"
 FENCE = re.compile(
     r"^(?:<!-- snippet: (?P<mark>[^>]*?) -->\n+)?```(?P<language>[a-z]*)"
@@ -57,9 +58,14 @@ class Snippet:
         return bool(self.title) and not self.is_output
 
     @property
+    def is_long(self):
+        return self.mark.endswith("long")
+
+    @property
     def is_shown(self):
-        word = self.mark.removeprefix("needs ")
-        return self.mark.startswith("shown") or (word != self.mark and not is_there(word))
+        word = self.mark.removeprefix("needs ").removesuffix(", long")
+        waits = self.mark.startswith("needs") and not is_there(word)
+        return self.mark.startswith("shown") or waits
 
     @property
     def exit_code(self):
@@ -96,7 +102,7 @@ def is_session(page):
 
 
 SESSIONS = [page for page in SNIPPETS if is_session(page)]
-LONG = {page for page in SESSIONS if any(s.mark == "long" for s in SNIPPETS[page])}
+LONG = {page for page in SESSIONS if any(s.is_long for s in SNIPPETS[page])}
 
 
 def alike(expected, found):
@@ -115,6 +121,16 @@ def matches(expected, found):
     if expected[0].strip() == "...":
         return any(matches(expected[1:], found[index:]) for index in range(len(found) + 1))
     return bool(found) and alike(expected[0], found[0]) and matches(expected[1:], found[1:])
+
+
+def update(snippet, printed):
+    """Put what was printed into the page, as many lines as stood there before ``...``."""
+    path, lines = DOCS / snippet.page, snippet.text.splitlines()
+    kept = [*printed[: lines.index("...")], "..."] if "..." in lines else printed
+    fence = '```text title="output"\n'
+    new = "".join(f"{line}\n" for line in kept)
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace(fence + snippet.text, fence + new, 1), encoding="utf-8")
 
 
 @pytest.fixture
@@ -140,6 +156,9 @@ def test_a_page_runs_from_top_to_bottom(page, tmp_path, environment):
             continue
         if snippet.is_output:
             expected = snippet.text.splitlines()
+            if UPDATE and not matches(expected, printed):
+                update(snippet, printed)
+                continue
             assert matches(expected, printed), "\n".join(["printed:", *printed])
         elif snippet.is_file:
             path = folder / snippet.title
@@ -164,7 +183,9 @@ def test_a_page_runs_from_top_to_bottom(page, tmp_path, environment):
 @pytest.mark.parametrize("page", SNIPPETS)
 def test_a_fence_is_run_or_says_why_not(page):
     for snippet in SNIPPETS[page]:
-        assert re.fullmatch(r"|long|fails \d|shown: .+|needs [a-z0-9]+", snippet.mark), snippet.mark
+        assert re.fullmatch(r"|long|fails \d|shown: .+|needs [a-z0-9]+(?:, long)?", snippet.mark), (
+            snippet.mark
+        )
         runs = snippet.language in RUN
         assert snippet.is_shown or snippet.is_output or runs or snippet.is_file, snippet.text
         assert snippet.language in FILES, snippet
