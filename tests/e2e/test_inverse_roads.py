@@ -66,12 +66,10 @@ def test_a_limit_that_nothing_keeps_is_answered_with_one_that_suffices(
 
 
 def test_weights_trade_what_is_sought_against_the_slope(tmp_path: Path) -> None:
-    steep = synthesize(load_spec(asking(tmp_path, "period", "actuator: {limit: 4}\n")))
-    weights = "{period: 1, slope: 0.5}"
-    flat = synthesize(load_spec(asking(tmp_path, weights, "actuator: {limit: 4}\n")))
-    assert steep.spec.chosen is not None
-    assert flat.spec.chosen is not None
-    assert flat.bounds.slope < 0.5 * steep.bounds.slope
-    assert 0.001 <= flat.spec.chosen.value <= 1.01 * steep.spec.chosen.value
+    weights = "{accuracy: 1, slope: 0.5}"
+    flat = synthesize(load_spec(asking(tmp_path, weights, "actuator: {limit: 20}\n")))
     flat.certificate.require()
-    steep.certificate.require()
+    assert flat.spec.chosen is not None
+    # Half the weight of the slope: a smaller accuracy is not worth the last of the limit.
+    assert flat.bounds.U < 0.9 * 20.0
+    assert flat.spec.chosen.value <= 0.2
