@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bfppc_synth.errors import NoDesignError
+from bfppc_synth.errors import NoDesignError, UsageError
 from bfppc_synth.model.arithmetic import DEFAULT
 from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.model.chosen import Chosen
 from bfppc_synth.spec.resolve import resolved
+from bfppc_synth.spec.rules import MOST_STEPS
 from bfppc_synth.synthesis.seeker import Seeker
 
 if TYPE_CHECKING:
@@ -64,6 +65,8 @@ def solve_inverse(
         A mistake that no value mends.
     NoDesignError
         No value that the file allows has a design within the limit.
+    UsageError
+        The period that was found is too short for the simulation that the file asks for.
 
     References
     ----------
@@ -100,6 +103,7 @@ class _Designs:
         if value not in self._made:
             self._progress(f"{seeker.objective} {value:.5g}: making the design")
             asked = resolved(seeker.spec, Chosen(objective=seeker.objective, value=value))
+            _require_steps(asked)
             try:
                 self._made[value] = self._solve(asked, seeker.transition)
             except NoDesignError as error:
@@ -124,6 +128,17 @@ class _Designs:
         if made:
             return made[-1]
         raise self._reason or self._seeker.refusal()
+
+
+def _require_steps(spec: PlantSpec) -> None:
+    """Refuse a run of the file's length in steps of a period that only the search knows."""
+    period, horizon = spec.sampling.period.approximate, spec.simulation.horizon
+    if period > 0.0 and horizon / period > MOST_STEPS:
+        raise UsageError(
+            f"{spec.path}: the period that was found, {period:.4g} s, makes a run of"
+            f" {horizon:g} s more than {MOST_STEPS:.2g} steps\n"
+            f"  fix: a simulation.horizon below {MOST_STEPS * period:.3g}"
+        )
 
 
 def _thin(design: Design) -> bool:

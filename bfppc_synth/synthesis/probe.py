@@ -55,8 +55,8 @@ class Limit(Enum):
 class Prober:
     """Designs value by value, each searched from its nearest neighbour's.
 
-    ``failure`` is the first mistake that a value met; ``transition`` the T_s [s] that is taken,
-    None as long as it is chosen anew.
+    ``failure`` is the first mistake that a value met, ``mistaken`` counts them; ``transition``
+    the T_s [s] that is taken, None as long as it is chosen anew.
     """
 
     def __init__(
@@ -74,6 +74,7 @@ class Prober:
         self._base: tuple[DesignProblem, SignalBounds] | None = None
         self._tight = bounds is BoundsKind.TIGHT
         self.failure: PlantFileError | None = None
+        self.mistaken = 0
         self.transition: float | None = None
         self._arithmetic = arithmetic
         self._progress = progress
@@ -107,6 +108,7 @@ class Prober:
         except PlantFileError as error:
             # What breaks down here may hold elsewhere: a smaller box, a finer step.
             self.failure = self.failure or error
+            self.mistaken += 1
         except (EnvelopeError, NoDesignError):
             pass
         return None

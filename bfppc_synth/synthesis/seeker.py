@@ -30,6 +30,7 @@ _DIGITS = 5
 # First values that are tried: steps away from the guess [log 4].
 _FIRST = (0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 6, -6, 8, -8, 10, -10)
 _QUARTER = math.log(4.0)
+_SAME_MISTAKE = 5
 # A perfect model has no smallest accuracy: from the first one that holds it is sought so far.
 _FURTHEST = math.log(1e8)
 # How much of a limit may be left where it still counts as what ends the search.
@@ -193,9 +194,12 @@ class Seeker:
         else:
             guess = self._sign * math.log(first_guess(self.spec, self.objective))
             positions = [guess + k * _QUARTER for k in _FIRST]
-        for position in positions:
+        for tried, position in enumerate(positions, start=1):
             if self._excess(position) <= 0.0:
                 return position
+            if self._prober.mistaken == tried == _SAME_MISTAKE:
+                # No value of what is sought mends this mistake of the file.
+                break
         raise self.refusal()
 
     def refusal(self) -> NoDesignError | PlantFileError:
