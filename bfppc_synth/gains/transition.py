@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bfppc_synth.errors import EnvelopeError
+from bfppc_synth.gains.elastic import factor, nearest_miss
 from bfppc_synth.gains.problem import Weights, is_free
 from bfppc_synth.gains.rounding import to_digits
 from bfppc_synth.gains.search import search
@@ -25,6 +26,8 @@ _REFINEMENTS = 4
 _DIGITS = 3
 # A gain this small does not justify another octave.
 _FLAT = 1e-4
+# A nearest miss of this much (a log) is no rounding of the solver's.
+_CLEAR = 0.02
 # What half the time is worth, and all that it may cost: where the cost is flat, the shorter
 # transition is taken.
 _PATIENCE = 1e-3
@@ -92,6 +95,8 @@ class _Candidates:
         self._known: dict[float, Evaluation] = {}
         self._feedforward: dict[float, float] = {}
         self._failure: EnvelopeError | None = None
+        # Where no T_s of the grid has a design, a miss tells sooner than a search that fails.
+        self._doubtful = False
         # Gains that are all given cost the same: only the room in their inequalities counts.
         self._patience = 0.0
 
@@ -102,7 +107,9 @@ class _Candidates:
             weights = Weights(peak_input=1.0, slope=0.01)
             return replace(self._pose(transition), limit=None, weights=weights)
 
-        return _Candidates(pose, self._longest)
+        candidates = _Candidates(pose, self._longest)
+        candidates._doubtful = True
+        return candidates
 
     def cost(self, transition: float) -> float:
         """Return what the search reaches with this T_s; infinity where it finds nothing."""
@@ -129,6 +136,7 @@ class _Candidates:
             if self.cost(self._at(k - 1)) > self.cost(self._at(k)) - _FLAT:
                 break
         k = 0
+        self._doubtful = math.isinf(min(tried)[0])
         while math.isinf(min(tried)[0]) and k < _FURTHEST:
             k += 1
             tried.append((self.price(self._at(k)), k))
@@ -155,6 +163,8 @@ class _Candidates:
         self._feedforward[transition] = problem.center.v
         free = is_free(problem)
         if free and self._is_hopeless(problem):
+            return math.inf
+        if free and self._doubtful and factor(nearest_miss(problem)) > _CLEAR:
             return math.inf
         near = min(self._known, key=lambda at: abs(math.log(at / transition)), default=None)
         known = None if near is None else self._known[near]

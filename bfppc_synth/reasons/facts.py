@@ -57,7 +57,7 @@ def _range(edge: tuple[float, float], digits: int) -> str:
     width, size = edge[1] - edge[0], max(map(abs, edge))
     if 0.0 < width < size:
         # A narrow range far from 0 keeps its shape.
-        digits = min(12, digits + math.ceil(math.log10(size / width)))
+        digits = min(12, digits + math.floor(math.log10(size / width)))
     low, high = number(edge[0], 1, digits), number(edge[1], -1, digits)
     if edge[0] == edge[1]:
         return number(edge[0], 0, digits)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Decimal
 
-from bfppc_synth.gains.rounding import to_digits
 from bfppc_synth.spec.changing import Edit
 
 #: A factor on what the file says; its edits, rounded to the side that asks for less.
@@ -17,6 +17,7 @@ Change = Callable[[float], tuple[Edit, ...]]
 WISH, BOUGHT, FACT = 1.0, 1.3, 2.0
 
 _DIGITS = 3
+_ROUNDINGS = {1: ROUND_CEILING, 0: ROUND_HALF_EVEN, -1: ROUND_FLOOR}
 # How far a larger value is looked for: beyond, the file would be about another machine.
 FAR = (1.2, 2.0, 6.0, 30.0, 1000.0)
 NEAR = tuple(1.0 / factor for factor in FAR)
@@ -47,8 +48,16 @@ class Requirement:
 
 
 def number(value: float, upward: int, digits: int = _DIGITS) -> str:
-    """Write a number in few digits, rounded up (1), down (-1) or to nearest (0)."""
-    return f"{to_digits(value, digits, upward=upward):.10g}"
+    """Write a number in few digits, rounded up (1), down (-1) or to nearest (0).
+
+    Noise of floats in the thirteenth digit does not count: 0.01 / 2 is 0.005 on either side.
+    """
+    exact = Decimal(f"{value:.12g}")
+    if not exact:
+        return "0"
+    unit = Decimal(1).scaleb(exact.adjusted() + 1 - digits)
+    rounded = exact.quantize(unit, rounding=_ROUNDINGS[upward])
+    return f"{float(rounded):.{max(10, digits)}g}"
 
 
 def relative_change(factor: float) -> float:
