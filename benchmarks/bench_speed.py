@@ -31,6 +31,8 @@ dynamics:
 initial: {x1: 0.1, x2: 0, x3: 0, x4: 0}
 performance: {accuracy: 0.2}
 """
+SWEPT = "performance.accuracy=0.02:0.5:20"
+ORDERS = (2, 3, 4, 6, 8, 10)
 # Times the gain solve alone: imports, bounds of the signals and majorants are done before.
 SOLVE = """\
 import sys, time
@@ -97,6 +99,37 @@ def compare(words: tuple[str, ...], repeats: int, expected: int) -> tuple[Cost, 
     return cost, seconds / statistics.median(yard)
 
 
+def chain(order: int) -> str:
+    """Write a plant of any order whose terms couple every state to the first one."""
+    names = [f"x{i + 1}" for i in range(order)]
+    lines = [f"name: chain_{order}", f"states: [{', '.join(names)}]", "dynamics:"]
+    for name in names:
+        product = "" if name == "x1" else f" + 0.1*x1*{name}"
+        lines.append(f"  {name}: {{f: 0.2*sin({name}){product}, g: 1.5 + 0.5*cos(x1)}}")
+    starts = ", ".join(f"{name}: {0.1 if name == 'x1' else 0}" for name in names)
+    lines.append(f"initial: {{{starts}}}")
+    lines += ["performance: {accuracy: 0.2}", "synthesis: {center: performance}"]
+    return "\n".join(lines) + "\n"
+
+
+def compare_orders(work: Path, repeats: int) -> bool:
+    """Print the seconds of the gain solve by order; whether they grow slower than n^3."""
+    first, grown = 0.0, True
+    for order in ORDERS:
+        plant = work / f"chain_{order}.yaml"
+        plant.write_text(chain(order))
+        found = [run("-c", SOLVE, str(plant)).output for _ in range(repeats)]
+        seconds = min(float(text) for text in found)
+        first = first or seconds
+        most = first * (order / ORDERS[0]) ** 3
+        grown &= seconds <= most
+        word = "" if seconds <= most else "  OVER"
+        print(
+            f"{f'gain solve of a chain, n = {order}':28} {seconds:8.2f} {'':21}  {most:.2f} s{word}"
+        )
+    return grown
+
+
 def main() -> int:
     """Print the table; 1 if a limit is passed."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -137,6 +170,15 @@ def main() -> int:
         late |= seconds > 5.0
         word = "" if seconds <= 5.0 else "  OVER"
         print(f"{'gain solve, n = 4':28} {seconds:8.2f} {'':16} {cost.megabytes:4.0f}  5.0 s{word}")
+        late |= not compare_orders(work, repeats)
+        # In one process, as the yardstick is: the processor time of workers is not counted.
+        swept = (*cli, "sweep", str(EXAMPLE), "--over", SWEPT, "--workers", "1", "--quiet")
+        cost, alone = run(*swept), run(*whole).processor
+        late |= cost.exit_code != 0 or cost.processor > 10.0 * alone
+        print(
+            f"{'sweep of 20 points, n = 2':28} {cost.seconds:8.2f} {cost.processor:6.2f} {'':9}"
+            f" {cost.megabytes:4.0f}  10 x one synthesis (now {cost.processor / alone:.1f} x)"
+        )
     return int(late)
 
 

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     # (x, what was measured, u, status of the controller) of one plant step
     Row = tuple[Sequence[float], Sequence[float], float, int]
 
-#: A state beyond this has left every tube that a design can have; the run ends there.
+#: A state beyond this many times what the tube allows, or this number if that is more, has left
+#: every tube; the run ends there.
 DIVERGED = 1e12
 
 #: Rows are judged in batches: large enough for numpy, small enough to end a lost run soon.
@@ -54,6 +55,8 @@ class Recorder:
         Keep every ``stride``-th row; 0 keeps none, only the maxima.
     funnel : callable, optional
         Bound on |y - y_d| at times (N,), or None.
+    sizes : sequence of float
+        Bounds X_i of the states in the tube [unit of x_i]; none for states of about 1.
     """
 
     def __init__(
@@ -64,6 +67,7 @@ class Recorder:
         *,
         stride: int,
         funnel: Callable[[NDArray[np.float64]], NDArray[np.float64] | None] = lambda _t: None,
+        sizes: Sequence[float] = (),
     ) -> None:
         self.rows: list[Row] = []
         self.peaks: dict[int, list[float]] = {}
@@ -73,6 +77,7 @@ class Recorder:
         self._y_d = y_d
         self._stride = stride
         self._funnel = funnel
+        self._farthest = [DIVERGED * max(1.0, size) for size in sizes] or [DIVERGED]
         self.funnel_share: float | None = None
         self._count = 0
         self._kept: list[Table] = []
@@ -101,7 +106,7 @@ class Recorder:
             return True
         x = np.array([row[0] for row in rows])
         u = np.array([row[2] for row in rows])
-        good = (np.abs(x) <= DIVERGED).all(axis=1) & np.isfinite(u)
+        good = (np.abs(x) <= np.array(self._farthest)).all(axis=1) & np.isfinite(u)
         alive = bool(good.all())
         length = len(rows) if alive else int(np.argmin(good))
         if length == 0:

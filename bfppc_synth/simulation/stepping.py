@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass
 from functools import partial
@@ -18,7 +19,7 @@ from bfppc_synth.simulation.staged import Rollback, StagedTracking
 from bfppc_synth.simulation.tracking import Start, Tracking
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from bfppc_synth.model.design import Design
     from bfppc_synth.simulation.crossing import Passed
@@ -116,7 +117,7 @@ def run(setting: Setting, nature: Nature, *, stride: int) -> Run:
     Returns
     -------
     Run
-        A run that leaves every number behind (overflow, NaN, a state beyond 1e12) ends
+        A run that leaves every number behind (overflow, NaN, a state beyond 1e12 X_i) ends
         there and is not complete.
 
     References
@@ -132,6 +133,10 @@ def run(setting: Setting, nature: Nature, *, stride: int) -> Run:
         complete = False
     alive = loop.recorder.flush()
     return Run(nature=nature, recorder=loop.recorder, complete=alive and complete)
+
+
+#: Status of a controller that holds its command: a sample far from where the tube may be.
+_BAD_INPUT = 2
 
 
 class _Loop:
@@ -167,6 +172,7 @@ class _Loop:
                 nature.y_d,
                 stride=stride,
                 funnel=partial(funnel_values, design.plant),
+                sizes=design.bounds.X,
             )
 
     def _measure(self, x: Sequence[float]) -> Sequence[float]:
@@ -227,7 +233,8 @@ class _Loop:
         recorder, controller, h = self.recorder, self.controller, scheme.sample
         following = self.following
         coefficients, action = nature.truth.coefficients, self.action
-        solve, step, slope = make_solver(design.plant.order), controller.step, 1.0
+        solve, slope = make_solver(design.plant.order), 1.0
+        step = _tried(controller, design.bounds.X, design.bounds.U)
         (enough, close), peak = accuracy(design, h), design.bounds.U
         x: Sequence[float] = nature.start
         u = step(0.0, self.measured, self.passed(0.0))
@@ -269,6 +276,27 @@ class _Loop:
             if len(recorder.rows) >= BATCH and not recorder.flush():
                 return False
         return True
+
+
+def _tried(
+    controller: Controller, sizes: Sequence[float], peak: float
+) -> Callable[[float, Sequence[float], float | Sequence[float] | None], float]:
+    """Ask the law at the points that a step tries, also beyond what it takes for a measurement.
+
+    There it would hold the command of the point before, at which the step's equation holds by
+    itself: what was tried would be taken for the answer.
+    """
+    step = controller.step
+
+    def command(t: float, measured: Sequence[float], y_d: float | Sequence[float] | None) -> float:
+        u = step(t, measured, y_d)
+        if controller.status == _BAD_INPUT and all(map(math.isfinite, measured)):
+            pairs = zip(measured, sizes, strict=True)
+            shares = [x / size if size > 0.0 else 0.0 for x, size in pairs]
+            return -math.copysign(peak, max(shares, key=abs))
+        return u
+
+    return command
 
 
 def _exact_on_center(pairs: Sequence[float], defect: Sequence[float]) -> tuple[float, ...]:

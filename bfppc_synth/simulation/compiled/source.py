@@ -88,6 +88,7 @@ def write_source(design: Design, header: str, controller: str) -> Source:
         "rhos": [_rho(rho) for rho in rhos],
         "rho_of": [rhos.index(rho) for rho in design.spec.performance.rho],
         "widths": _listed(design.omega),
+        "sizes": _listed(design.bounds.X),
         "latched": synthesis.anchor is Anchor.LATCHED,
         "nominal": _nominal(design, functions),
         "laws": [[_shape(shape) for shape in law] for law in gains],
