@@ -17,7 +17,12 @@ CONFIDENCES = (0.95, 0.99)
 
 def quantities(material: Material) -> tuple[str, ...]:
     """Name what is compared with its bound: errors, command, funnel."""
-    states = tuple(f"e[{state}]" for state in material.choices.spec.states)
+    stages = range(1, len(material.widths) + 1)
+    states = tuple(
+        f"e[{state}]" if len(stages) == 1 else f"e[{state}], stage {stage}"
+        for stage in stages
+        for state in material.choices.spec.states
+    )
     funnel = ("funnel",) if material.design.plant.funnel is not None else ()
     return (*states, "u", *funnel)
 
@@ -40,7 +45,8 @@ def lay_out(material: Material, settings: Settings, tally: Tally) -> dict[str, A
         No word of who made the runs, of threads or time.
     """
     names = quantities(material)
-    bounds = [*material.widths[-1], material.peak, 1.0][: len(names)]
+    widths = [width for stage in material.widths for width in stage]
+    bounds = [*widths, material.peak, 1.0][: len(names)]
     worst = [
         {
             "quantity": name,
