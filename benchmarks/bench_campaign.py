@@ -45,7 +45,8 @@ double by_hand(double h, long steps, double tolerance, double close, double *pea
     for (long k = 0; k < steps; ++k) {
         const double t = (double)(k + 1) * h, f1 = x1 * x1 - sin(x1), f2 = x1 * x2 * x2;
         const double offset = x2 + h * f2, base = x1 + h * f1, reach = h * U;
-        double lower = offset - reach, upper = offset + reach, z = offset + h * u, last = 0.0, at = 0.0;
+        double lower = offset - reach, upper = offset + reach, z = offset + h * u;
+        double last = 0.0, at = 0.0;
         for (int attempt = 0; attempt < 400; ++attempt) {
             double residual, next;
             u = law(t, a, base + h * z, z);
@@ -56,7 +57,10 @@ double by_hand(double h, long steps, double tolerance, double close, double *pea
                 if (fabs(residual) <= close * slope) break;
             }
             next = z - residual / slope;
-            if (attempt > 0) next = z - fmin(fmax(residual / slope, -8.0 * fabs(z - at)), 8.0 * fabs(z - at));
+            if (attempt > 0) {
+                const double limit = 8.0 * fabs(z - at);
+                next = z - fmin(fmax(residual / slope, -limit), limit);
+            }
             if (residual > 0.0) upper = fmin(upper, z); else lower = fmax(lower, z);
             if ((attempt > 3 && attempt % 2) || !(lower < next && next < upper)) {
                 next = 0.5 * (lower + upper);

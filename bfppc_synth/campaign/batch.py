@@ -33,8 +33,8 @@ class StoppedError(Exception):
 class Finished:
     """A run of a campaign as it counts.
 
-    ``draw`` and ``axes`` make it again; ``ratios`` are max |e_i| / p_i, then max |u| / U, and
-    the share of the funnel where there is one.
+    ``draw`` and ``axes`` make it again; ``ratios`` are max |e_i| / p_i of every stage, then
+    max |u| / U, and the share of the funnel where there is one.
     """
 
     number: int
@@ -62,7 +62,7 @@ def do_batch(material: Material, seed: int, first: int, count: int, stop: Stop |
             f"--cluster: a worker has bfppc-synth {here}, the campaign {material.version}; fix:"
             " install the same version everywhere"
         )
-    tally = Tally.empty(len(material.choices.spec.states), funnel=_has_funnel(material))
+    tally = empty_tally(material)
     for begin in range(first, first + count, _CALL):
         numbers = range(begin, min(begin + _CALL, first + count))
         for finished in make_runs(material, seed, numbers, stop):
@@ -91,7 +91,7 @@ def make_runs(
                 (run,) = _called(loop, [trial], material.axes, stop)
                 # Whatever leaves is what the search was for.
                 inside = _inside(material, run)
-                return max(ratios(material, run)[: material.choices.order]) if inside else math.inf
+                return max(ratios(material, run)[: _errors(material)]) if inside else math.inf
 
             best, _ = search(material.choices, draw, reach)
             (run,) = _called(loop, [best], material.axes, stop)
@@ -100,13 +100,14 @@ def make_runs(
 
 
 def ratios(material: Material, run: Run) -> tuple[float, ...]:
-    """Compare what a run came to with what is certified."""
-    order = len(material.widths[-1])
-    largest = [0.0] * order
-    for stage, peaks in run.peaks:
-        widths = material.widths[stage - 1]
-        largest = [max(a, _share(b, p)) for a, b, p in zip(largest, peaks, widths, strict=True)]
-    found = [*largest, _share(run.peak_u, material.peak)]
+    """Compare what a run came to with what is certified: errors of every stage, command, funnel."""
+    met = dict(run.peaks)
+    found = [
+        _share(peak, width)
+        for stage, widths in enumerate(material.widths, start=1)
+        for peak, width in zip(met.get(stage, (0.0,) * len(widths)), widths, strict=True)
+    ]
+    found.append(_share(run.peak_u, material.peak))
     if _has_funnel(material):
         found.append(run.share or 0.0)
     return tuple(found)
@@ -157,6 +158,15 @@ def _share(value: float, bound: float) -> float:
     """Divide; a number stands for infinity, because results are JSON."""
     share = value / bound if bound > 0.0 else (0.0 if value == 0.0 else math.inf)
     return share if math.isfinite(share) else sys.float_info.max
+
+
+def empty_tally(material: Material) -> Tally:
+    """Begin to count the runs of a campaign."""
+    return Tally.empty(_errors(material), funnel=_has_funnel(material))
+
+
+def _errors(material: Material) -> int:
+    return sum(len(widths) for widths in material.widths)
 
 
 def _has_funnel(material: Material) -> bool:

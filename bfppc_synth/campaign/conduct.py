@@ -7,11 +7,10 @@ from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from bfppc_synth.campaign.batch import StoppedError, do_batch
+from bfppc_synth.campaign.batch import StoppedError, do_batch, empty_tally
 from bfppc_synth.campaign.material import gather_material, open_loop
 from bfppc_synth.campaign.result import draw_histograms, lay_out
 from bfppc_synth.campaign.store import PICTURE, RESULT, Settings, Store
-from bfppc_synth.campaign.tally import Tally
 from bfppc_synth.engine import open_engine
 from bfppc_synth.errors import NotCertifiedError, UsageError
 from bfppc_synth.model.certificate import Verdict
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from bfppc_synth.campaign.material import Material
+    from bfppc_synth.campaign.tally import Tally
 
     # total -> a context that yields what is told how many runs more are done
     Bar = Callable[[int], AbstractContextManager[Callable[[int], None]]]
@@ -105,7 +105,7 @@ def conduct(
     with open_engine(workers=wishes.workers, cluster=wishes.cluster) as engine, store.held():
         (store.go_on if known is not None else store.begin)(settings)
         stop = Stop()
-        tally = Tally.empty(material.choices.order, funnel=material.design.plant.funnel is not None)
+        tally = empty_tally(material)
         with bar(settings.runs) as done:
 
             def missing() -> Iterator[tuple[Material, int, int, int, Stop | None]]:

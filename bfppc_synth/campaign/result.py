@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import io
+import math
 from typing import TYPE_CHECKING, Any
 
 from bfppc_synth.campaign.tally import BINS, failure_bound
+from bfppc_synth.resources import template_environment
 
 if TYPE_CHECKING:
     from bfppc_synth.campaign.material import Material
@@ -14,10 +16,18 @@ if TYPE_CHECKING:
 
 CONFIDENCES = (0.95, 0.99)
 
+#: The picture [px]: margin, axis, title, one histogram, its tallest bar.
+_LEFT, _INNER, _HEAD, _PANEL, _BAR = 20.0, 600.0, 42.0, 96.0, 62.0
+
 
 def quantities(material: Material) -> tuple[str, ...]:
     """Name what is compared with its bound: errors, command, funnel."""
-    states = tuple(f"e[{state}]" for state in material.choices.spec.states)
+    stages = range(1, len(material.widths) + 1)
+    states = tuple(
+        f"e[{state}]" if len(stages) == 1 else f"e[{state}], stage {stage}"
+        for stage in stages
+        for state in material.choices.spec.states
+    )
     funnel = ("funnel",) if material.design.plant.funnel is not None else ()
     return (*states, "u", *funnel)
 
@@ -40,7 +50,8 @@ def lay_out(material: Material, settings: Settings, tally: Tally) -> dict[str, A
         No word of who made the runs, of threads or time.
     """
     names = quantities(material)
-    bounds = [*material.widths[-1], material.peak, 1.0][: len(names)]
+    widths = [width for stage in material.widths for width in stage]
+    bounds = [*widths, material.peak, 1.0][: len(names)]
     worst = [
         {
             "quantity": name,
@@ -83,24 +94,53 @@ def lay_out(material: Material, settings: Settings, tally: Tally) -> dict[str, A
 
 
 def draw_histograms(document: dict[str, Any]) -> bytes:
-    """Draw the histograms of campaign.json as SVG; equal objects give equal bytes."""
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
+    """Draw the histograms of campaign.json as SVG; equal objects give equal bytes.
 
+    A bar's height is the logarithm of its count: the few runs that came near are what matters.
+    """
     histograms = dict(document["histograms"])
-    edges = histograms.pop("edges")
-    with mpl.rc_context({"svg.hashsalt": "bfppc-synth", "svg.fonttype": "path"}):
-        figure = Figure(figsize=(7.0, 1.9 * len(histograms)), layout="constrained")
-        axes = figure.subplots(len(histograms), 1, sharex=True, squeeze=False)
-        for row, (name, counts) in zip(axes[:, 0], histograms.items(), strict=True):
-            row.bar(edges, counts, width=1.0 / BINS, align="edge", color="#3b6ea5")
-            row.axvline(1.0, color="#a33", linewidth=1.0)
-            row.set_yscale("symlog", linthresh=1.0)
-            row.set_ylim(bottom=0.0)
-            row.set_ylabel(f"runs, {name}")
-        axes[-1, 0].set_xlabel("largest value of the run, as a share of its certified bound")
-        axes[0, 0].set_title(f"{document['name']}: {document['runs']} runs, none of them a proof")
-        return picture(figure)
+    del histograms["edges"]
+    most = math.log1p(max(max(counts) for counts in histograms.values()))
+    bar = _INNER / BINS
+    panels = []
+    for index, (name, counts) in enumerate(histograms.items()):
+        top = _HEAD + index * _PANEL
+        base = top + _PANEL - 20.0
+        bars = [
+            {
+                "x": f"{_LEFT + bar * place:.1f}",
+                "y": f"{base - _BAR * math.log1p(count) / most:.1f}",
+                "height": f"{_BAR * math.log1p(count) / most:.1f}",
+            }
+            for place, count in enumerate(counts)
+            if count
+        ]
+        note = f"most {max(counts)} runs a bar, {counts[-1]} at the bound or beyond"
+        panels.append(
+            {"name": name, "note": note, "bars": bars, "top": f"{top:.1f}", "base": f"{base:.1f}"}
+        )
+    below = _HEAD + len(panels) * _PANEL
+    ticks = [
+        {"x": f"{_LEFT + _INNER * k / 5:.1f}", "y": f"{below:.1f}", "label": f"{k / 5:g}"}
+        for k in range(6)
+    ]
+    text = (
+        template_environment()
+        .get_template("simulation/histogram.svg.jinja")
+        .render(
+            title=f"{document['name']}: {document['runs']} runs, evidence and no proof",
+            caption="largest value of a run, as a share of its certified bound",
+            width=f"{_LEFT + _INNER + 40.0:.0f}",
+            height=f"{below + 30.0:.0f}",
+            left=f"{_LEFT:.1f}",
+            edge=f"{_LEFT + _INNER:.1f}",
+            foot=f"{below + 18.0:.1f}",
+            bar=f"{bar - 1.0:.1f}",
+            panels=panels,
+            ticks=ticks,
+        )
+    )
+    return text.encode()
 
 
 def picture(figure: Any) -> bytes:

@@ -23,12 +23,12 @@ LISTED = 100
 class Tally:
     """Counts of some runs.
 
-    ``worst`` is (ratio, run) of every quantity: e_1..e_n, u and, where there is one, the
-    funnel; ``bins`` their histograms; ``left`` the first runs that left; ``adversaries``
+    ``worst`` is (ratio, run) of every quantity: ``errors`` errors, u and, where there is one,
+    the funnel; ``bins`` their histograms; ``left`` the first runs that left; ``adversaries``
     per kind: runs, runs that left, largest max |e_i| / p_i and its run.
     """
 
-    order: int
+    errors: int
     runs: int
     outside: int
     left: list[int]
@@ -37,11 +37,11 @@ class Tally:
     adversaries: dict[str, tuple[int, int, float, int]]
 
     @classmethod
-    def empty(cls, order: int, *, funnel: bool) -> Tally:
+    def empty(cls, errors: int, *, funnel: bool) -> Tally:
         """Count nothing yet."""
-        quantities = order + 1 + funnel
+        quantities = errors + 1 + funnel
         return cls(
-            order=order,
+            errors=errors,
             runs=0,
             outside=0,
             left=[],
@@ -62,7 +62,7 @@ class Tally:
             self.worst[index] = _worse(self.worst[index], (ratio, number))
             self.bins[index][min(int(min(ratio, 1.0) * BINS), BINS)] += 1
         runs, left, ratio, run = self.adversaries[adversary.value]
-        top = _worse((ratio, run), (max(ratios[: self.order]), number))
+        top = _worse((ratio, run), (max(ratios[: self.errors]), number))
         self.adversaries[adversary.value] = (runs + 1, left + (not inside), *top)
 
     def add(self, other: Tally) -> None:
@@ -100,7 +100,7 @@ class Tally:
         """
         try:
             found = cls(
-                order=like.order,
+                errors=like.errors,
                 runs=int(document["runs"]),
                 outside=int(document["outside"]),
                 left=[int(number) for number in document["left"]],

@@ -116,9 +116,7 @@ def scheduled(design):
 
 
 CASES = {
-    "implicit": lambda: folder("paper_example_1"),
     "implicit, stages": lambda: folder("switching_example_2"),
-    "theorem1": lambda: folder("theorem1_example_1"),
     "nominal, late, quantized": lambda: rough(
         folder("motor_arm_nominal"),
         period=1e-4,
@@ -141,6 +139,8 @@ CASES = {
     "funnel": lambda: with_funnel(folder("paper_example_2")),
 }
 MORE = {
+    "theorem1": lambda: folder("theorem1_example_1"),
+    "implicit": lambda: folder("paper_example_1"),
     "stages, sampled": lambda: rough(
         folder("switching_example_2"), period=2e-5, delay=0, quantizers=(logarithmic(1e-4),) * 2
     ),
@@ -172,7 +172,7 @@ ALL = CASES | (MORE if EVERY else {})
 class Pair:
     """One design's two loops, its axes and the draws that both play."""
 
-    def __init__(self, design, *, steps=250, count=14):
+    def __init__(self, design, *, steps=160, count=10):
         self.design = design
         name, code = design.spec.name, generated_code(design)
         source = write_source(design, code[f"c/include/{name}.h"], code[f"c/src/{name}.c"])

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from bfppc_synth.campaign import material as material_module
+from bfppc_synth.campaign.store import Store
 from bfppc_synth.cli import main
 from bfppc_synth.simulation.compiled import build
 
@@ -207,3 +208,46 @@ def test_settings_or_batches_that_were_spoiled_are_not_believed(folder, tmp_path
     (place / "campaign" / "settings.json").write_text("[]", encoding="utf-8")
     assert main(["campaign", str(place), "--resume"]) == 2
     assert "is not the settings of a campaign" in capsys.readouterr().err
+
+
+def test_a_law_in_stages_is_judged_stage_by_stage(tmp_path):
+    place = copied(tmp_path / "out", "switching_example_2")
+    assert main(["campaign", str(place), "--runs", "20", "--horizon", "0.3", "--quiet"]) == 0
+    document = json.loads(result(place))
+    assert [row["quantity"] for row in document["worst"]] == [
+        "e[x1], stage 1",
+        "e[x2], stage 1",
+        "e[x1], stage 2",
+        "e[x2], stage 2",
+        "u",
+    ]
+    assert [row["bound"] for row in document["worst"][:4]] == [
+        pytest.approx(0.04, rel=1e-3),
+        pytest.approx(1.0, rel=1e-3),
+        0.05,
+        3.322,
+    ]
+    assert all(0.0 < row["ratio"] < 1.0 for row in document["worst"])
+
+
+def test_a_horizon_of_too_many_steps_is_refused(tmp_path, capsys):
+    place = copied(tmp_path / "out")
+    assert main(["campaign", str(place), "--horizon", "1e300"]) == 2
+    assert "plant steps a run" in capsys.readouterr().err
+
+
+def test_two_campaigns_do_not_share_a_folder(folder, tmp_path, capsys):
+    place = tmp_path / "out"
+    shutil.copytree(folder, place)
+    with Store(place).held():
+        assert main(["campaign", str(place), "--resume"]) == 2
+    assert "another campaign is running there" in capsys.readouterr().err
+    assert result(place) == result(folder)
+
+
+def test_a_file_where_the_campaign_must_stand_is_said(tmp_path, capsys):
+    place = copied(tmp_path / "out")
+    (place / "campaign").write_text("mine", encoding="utf-8")
+    assert main(["campaign", str(place), "--runs", "5"]) == 2
+    assert "make the folder writable" in capsys.readouterr().err
+    assert (place / "campaign").read_text("utf-8") == "mine"
