@@ -364,6 +364,8 @@ class Attack:
             worst = np.where(staged & alive, np.maximum(worst, now), worst)
             alive &= (now[0] <= 1.0) | ~staged
             alive &= (np.abs(self.x) < 1e6).all(axis=0)
+            # A factor at which the output has left is known: its other runs add nothing.
+            alive &= ~np.isin(self.factors, self.factors[worst[0] > 1.0])
             if not alive.any():
                 break
             self.decide(t, e, before)

@@ -11,7 +11,14 @@ from pathlib import Path
 import pytest
 
 from bfppc_synth.cli import main
+from bfppc_synth.codegen.law import build_law
+from bfppc_synth.codegen.provenance import make_provenance
+from bfppc_synth.codegen.python import render_controller
 from bfppc_synth.compare import run as road
+from bfppc_synth.report.comparison import comparison_csv, comparison_lines
+from bfppc_synth.simulation.loading import load_controller
+from bfppc_synth.spec.load import load_spec
+from bfppc_synth.synthesis.synthesize import synthesize
 
 ROOT = Path(__file__).parents[2]
 FEW = ["--runs", "3", "--budget", "4", "--horizon", "0.1"]
@@ -176,22 +183,29 @@ def test_an_interrupt_leaves_no_half_written_folder(copy, monkeypatch, capsys):
     assert sorted(path.name for path in copy.iterdir()) == before
 
 
-def test_a_plant_known_by_bounds_alone_has_rows_that_say_so(tmp_path, capsys):
-    text = (ROOT / "examples" / "paper_example_1.yaml").read_text(encoding="utf-8")
-    text = text.replace("    f: x1**2 - sin(x1)\n", "").replace("name: paper", "name: bounded")
-    text = text.replace("horizon: 10", "horizon: 0.1")
-    plant, folder = tmp_path / "plant.yaml", tmp_path / "out"
+def compared_design(text, tmp_path):
+    """Compare a design that has no folder: its law and nothing else is written."""
+    plant, place = tmp_path / "plant.yaml", tmp_path / "controller.py"
     plant.write_text(text, encoding="utf-8")
-    assert main([str(plant), "--out", str(folder), "--quiet"]) == 0
-    assert main(["compare", str(folder), *FEW]) == 0
-    told = capsys.readouterr().out
-    assert "backstepping with exact derivatives: not applicable: f of x1 is known by" in told
-    rows = {row["method"]: row for row in document(folder)["methods"]}
+    design = synthesize(load_spec(plant))
+    place.write_text(render_controller(build_law(design), make_provenance(design)), "utf-8")
+    options = road.CompareOptions(runs=3, budget=4, horizon=0.1)
+    return road.compare_design(design, load_controller(place), options).document
+
+
+def test_a_plant_known_by_bounds_alone_has_rows_that_say_so(tmp_path):
+    text = (ROOT / "examples" / "paper_example_1.yaml").read_text(encoding="utf-8")
+    text = text.replace("    f: x1**2 - sin(x1)\n", "")
+    found = compared_design(text, tmp_path)
+    said = "\n".join(comparison_lines(found))
+    assert "backstepping with exact derivatives: not applicable: f of x1 is known by" in said
+    rows = {row["method"]: row for row in found["methods"]}
     for key in ("dynamic-surface", "backstepping"):
         assert rows[key]["share_inside"] is None
         assert rows[key]["operations"] is None
         assert "bound alone" in rows[key]["missing"]
     assert rows["ln-barrier"]["share_inside"] is not None
+    assert comparison_csv(found).splitlines()[-1].startswith("backstepping,False,,")
 
 
 def test_a_covered_run_outside_of_its_envelope_is_said_aloud(copy, monkeypatch, capsys):
@@ -231,11 +245,7 @@ simulation: {horizon: 0.1, period: 0.001, seed: 2}
 
 @pytest.mark.parametrize("text", [EVERYTHING, SUPPLIED], ids=["everything", "supplied"])
 def test_delays_noise_limits_and_references_at_run_time_are_met_by_every_method(text, tmp_path):
-    plant, folder = tmp_path / "plant.yaml", tmp_path / "out"
-    plant.write_text(text, encoding="utf-8")
-    assert main([str(plant), "--out", str(folder), "--quiet"]) == 0
-    assert main(["compare", str(folder), "--quiet", *FEW]) == 0
-    found = document(folder)
+    found = compared_design(text, tmp_path)
     assert found["runs"] == 3
     own, *others = found["methods"]
     assert own["certified"]
