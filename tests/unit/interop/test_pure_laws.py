@@ -15,7 +15,7 @@ from bfppc_synth.simulation.loading import load_text
 
 KINDS = [
     *("everyday", "kinked", "run_time", "overflowing"),
-    *("integrator", "pendulum", "supplied", "joint", "single"),
+    *("integrator", "supplied", "joint", "single"),
 ]
 NO_PLANT = PlantText(
     imports="from math import asinh, atan, cos, cosh, exp, log, pow, sin, sinh, sqrt, tan, tanh",
@@ -99,7 +99,7 @@ def test_a_law_in_binary32_is_refused_for_casadi_and_not_for_control(made):
     assert "def single(" in render_control(one.law, one.provenance, NO_PLANT)
 
 
-@pytest.mark.parametrize("name", ["ca", "law", "select", "reference", "ct"])
+@pytest.mark.parametrize("name", ["ca", "law", "ct"])
 def test_a_plant_may_have_any_name(name, made):
     one = made("everyday")
     law = replace(one.law, name=name)
