@@ -36,7 +36,7 @@ _LOW = re.compile(
 )
 _ENTITY = re.compile(r"&#x([0-9A-Fa-f]+);")
 _ALONE = re.compile(r"<mrow>(<(m[inot]|mtext)>[^<]*</\2>)</mrow>")
-_FUNCTION = re.compile(r"<(?:mi|mo)>([a-z]{3,})</(?:mi|mo)>")
+_FUNCTION = re.compile(r"<(?:mi|mo)>([a-z]{2,})</(?:mi|mo)>")
 _NUMBER = re.compile(r"<mtext>@([^@<]+)@</mtext>")
 _EULER = re.compile(r"(?<![A-Za-z{])e\^")
 # Letters that the page uses itself: a plant file's letter of the same look stands upright.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from bfppc_synth.bounds.funnel_values import funnel_values
+from bfppc_synth.report.formulas import expression_latex
 
 if TYPE_CHECKING:
     import numpy as np
@@ -16,13 +17,14 @@ if TYPE_CHECKING:
 
 def funnel_promise(design: Design) -> tuple[str, ...]:
     """Say that the output stays in the funnel: one sentence for ``prose``, none without one."""
-    funnel = design.spec.performance.funnel
+    funnel = design.plant.funnel
     if funnel is None:
         return ()
     return (
         (
             r"Funnel. $\left|y - y_d\right| \le F(t)$ at every time $t \ge 0$, where $F(t)$ = "
-            f"`{funnel.text}`: the curve and its tube fit into the funnel of the plant file."
+            f"${expression_latex(funnel)}$: the curve and its tube fit into the funnel of the "
+            "plant file."
         ),
     )
 

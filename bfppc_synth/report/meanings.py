@@ -22,7 +22,7 @@ CHAIN = {
     "delta_v": r"how much the feedforward $v$ moves while a command is held",
     "V": r"bound on $\left|\dot{e}_{i}\right|$",
     "zeta": r"total error of the applied $\hat{e}_{i}$: measurement, hold, delay",
-    "U": r"bound on $\left|u\right|$: the certified peak input",
+    "U": r"bound on $\left|u\right|$: the peak input",
 }
 
 # Numbers that everyone knows.
@@ -38,7 +38,7 @@ MEANINGS = {
     "dot y_d": (r"\dot{y}_d", "derivative of $y_d$ by time"),
     "u": ("u", "input of the plant: the command of the law"),
     "u_limit": (r"u_{\text{limit}}", "limit of the actuator in the plant file"),
-    "U": ("U", r"certified peak input: $\left|u\right| \le U$ at every time"),
+    "U": ("U", r"peak input: $\left|u\right| \le U$ at every time"),
     "x_i": ("x_i", r"state $i$ of the plant, in strict-feedback order"),
     "x": ("x", "all states together"),
     "dot x_i": (r"\dot{x}_i", "derivative of $x_i$ by time"),
@@ -58,7 +58,7 @@ MEANINGS = {
     "λ": (r"\lambda", "rate at which the performance function falls"),
     "t_s": ("t_s", "time scale of the performance function, in seconds"),
     "F": ("F", "funnel of the plant file"),
-    "p_i": ("p_i", r"half-width of the tube of step $i$: $\left|e_i\right| \le p_i$ is proved"),
+    "p_i": ("p_i", r"half-width of the tube of step $i$: $\left|e_i\right| \le p_i$"),
     "e_i": (
         "e_i",
         (

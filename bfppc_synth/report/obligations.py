@@ -44,7 +44,7 @@ _MEANINGS = {
     "start, the parameters and the other errors: proved cell by cell, so no two sides are printed.",
     "tight.rate": "Nothing moves the last error faster without the input, anywhere in the tubes: "
     "proved cell by cell, so no two sides are printed.",
-    "limit": "The certified peak input is within the actuator.",
+    "limit": "The peak input is within what the actuator can do.",
     "funnel": "The envelope of the output stays inside the funnel.",
 }
 _TERMS = (
