@@ -19,12 +19,16 @@ from typing import TYPE_CHECKING
 from bfppc_synth.simulation.loading import load_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from bfppc_synth.model.design import Design
+    from bfppc_synth.simulation.loading import Controller
 
     # Arguments as in _SOLVER; returns states, what was measured, command, slope.
     Solver = Callable[..., tuple[tuple[float, ...], tuple[float, ...], float, float]]
+
+#: Status of a controller that holds its command: a sample far from where the tube may be.
+_BAD_INPUT = 2
 
 #: A residual counts as a disturbance of dx_n; this is its share of the certified D_n.
 _RESIDUAL = 1e-7
@@ -132,3 +136,24 @@ def accuracy(design: Design, h: float) -> tuple[float, float]:
     withstood = min(bounds.D[-1] + 1e-3 * bounds.G[-1] * bounds.U for bounds in every)
     narrowest = min(design.omega[-1], *(stage.omega[-1] for stage in design.stages), math.inf)
     return _RESIDUAL * h * withstood, _DISTANCE * narrowest
+
+
+def tried(
+    controller: Controller, sizes: Sequence[float], peak: float
+) -> Callable[[float, Sequence[float], float | Sequence[float] | None], float]:
+    """Ask the law at the points that a step tries, also beyond what it takes for a measurement.
+
+    There it would hold the command of the point before, at which the step's equation holds by
+    itself: what was tried would be taken for the answer.
+    """
+    step = controller.step
+
+    def command(t: float, measured: Sequence[float], y_d: float | Sequence[float] | None) -> float:
+        u = step(t, measured, y_d)
+        if controller.status == _BAD_INPUT and all(map(math.isfinite, measured)):
+            pairs = zip(measured, sizes, strict=True)
+            shares = [x / size if size > 0.0 else 0.0 for x, size in pairs]
+            return -math.copysign(peak, max(shares, key=abs))
+        return u
+
+    return command

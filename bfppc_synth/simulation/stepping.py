@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from dataclasses import dataclass
 from functools import partial
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 from bfppc_synth.bounds.funnel_values import funnel_values
 from bfppc_synth.simulation.crossing import Crossing, Point
 from bfppc_synth.simulation.following import FollowingTracking
-from bfppc_synth.simulation.implicit import accuracy, make_solver
+from bfppc_synth.simulation.implicit import accuracy, make_solver, tried
 from bfppc_synth.simulation.quantizers import make_quantizer
 from bfppc_synth.simulation.recorder import BATCH, Recorder
 from bfppc_synth.simulation.scheme import Stepping
@@ -19,7 +18,7 @@ from bfppc_synth.simulation.staged import Rollback, StagedTracking
 from bfppc_synth.simulation.tracking import Start, Tracking
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from bfppc_synth.model.design import Design
     from bfppc_synth.simulation.crossing import Passed
@@ -135,10 +134,6 @@ def run(setting: Setting, nature: Nature, *, stride: int) -> Run:
     return Run(nature=nature, recorder=loop.recorder, complete=alive and complete)
 
 
-#: Status of a controller that holds its command: a sample far from where the tube may be.
-_BAD_INPUT = 2
-
-
 class _Loop:
     """State of a run under way."""
 
@@ -234,7 +229,7 @@ class _Loop:
         following = self.following
         coefficients, action = nature.truth.coefficients, self.action
         solve, slope = make_solver(design.plant.order), 1.0
-        step = _tried(controller, design.bounds.X, design.bounds.U)
+        step = tried(controller, design.bounds.X, design.bounds.U)
         (enough, close), peak = accuracy(design, h), design.bounds.U
         x: Sequence[float] = nature.start
         u = step(0.0, self.measured, self.passed(0.0))
@@ -276,27 +271,6 @@ class _Loop:
             if len(recorder.rows) >= BATCH and not recorder.flush():
                 return False
         return True
-
-
-def _tried(
-    controller: Controller, sizes: Sequence[float], peak: float
-) -> Callable[[float, Sequence[float], float | Sequence[float] | None], float]:
-    """Ask the law at the points that a step tries, also beyond what it takes for a measurement.
-
-    There it would hold the command of the point before, at which the step's equation holds by
-    itself: what was tried would be taken for the answer.
-    """
-    step = controller.step
-
-    def command(t: float, measured: Sequence[float], y_d: float | Sequence[float] | None) -> float:
-        u = step(t, measured, y_d)
-        if controller.status == _BAD_INPUT and all(map(math.isfinite, measured)):
-            pairs = zip(measured, sizes, strict=True)
-            shares = [x / size if size > 0.0 else 0.0 for x, size in pairs]
-            return -math.copysign(peak, max(shares, key=abs))
-        return u
-
-    return command
 
 
 def _exact_on_center(pairs: Sequence[float], defect: Sequence[float]) -> tuple[float, ...]:
