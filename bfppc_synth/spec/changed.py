@@ -102,16 +102,26 @@ def changed(root: Mapping, path: str, text: str, states: tuple[str, ...]) -> Map
     states : tuple[str, ...]
         In order: a list with one entry per state is entered by their names.
     """
-    found = _changed(root, "", path.split("."), text, states)
-    # A path has at least one part, so what comes back has an entry for it.
-    return found if isinstance(found, Mapping) else root
+    return edited(root, path, _scalar(text), states)
+
+
+def edited(root: Mapping, path: str, value: Tree | None, states: tuple[str, ...]) -> Mapping:
+    """Return the tree with another subtree at a dotted path; None takes what is there away.
+
+    Raises
+    ------
+    LookupError
+        If one entry of a list would go: the others would move to other states.
+    """
+    found = _changed(root, "", path.split("."), value, states)
+    return found if isinstance(found, Mapping) else replace(root, entries=())
 
 
 def _changed(
-    tree: Tree | None, path: str, rest: list[str], text: str, states: tuple[str, ...]
-) -> Tree:
-    if not rest:
-        return _scalar(text)
+    tree: Tree | None, path: str, rest: list[str], value: Tree | None, states: tuple[str, ...]
+) -> Tree | None:
+    if not rest or (tree is None and value is None):
+        return value
     key, *deeper = rest
     below = f"{path}.{key}" if path else key
     if path in _SHARED:
@@ -119,15 +129,23 @@ def _changed(
         tree = _by_state(tree, states) if key in states else tree
     if isinstance(tree, Sequence):
         index = states.index(key) if key in states else int(key)
-        item = _changed(tree.items[index], below, deeper, text, states)
+        item = _changed(tree.items[index], below, deeper, value, states)
+        if item is None:
+            raise LookupError(below)
         return replace(tree, items=(*tree.items[:index], item, *tree.items[index + 1 :]))
+    # A number where a section is wanted (one rho for all) gives way to the section.
     mapping = tree if isinstance(tree, Mapping) else _mapping(())
-    value = _changed(mapping.get(key), below, deeper, text, states)
-    if mapping.get(key) is None:
-        entries = (*mapping.entries, Entry(key=_scalar(key), value=value))
+    known = mapping.get(key)
+    inner = _changed(known, below, deeper, value, states)
+    if inner is None:
+        entries = tuple(entry for entry in mapping.entries if entry.key.text != key)
+        # What was taken back may have been all that the section said.
+        return replace(mapping, entries=entries) if entries else None
+    if known is None:
+        entries = (*mapping.entries, Entry(key=_scalar(key), value=inner))
     else:
         entries = tuple(
-            replace(entry, value=value) if entry.key.text == key else entry
+            replace(entry, value=inner) if entry.key.text == key else entry
             for entry in mapping.entries
         )
     return replace(mapping, entries=entries)
