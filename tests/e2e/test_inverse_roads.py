@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from bfppc_synth import pipeline
-from bfppc_synth.errors import NoDesignError
-from bfppc_synth.model.spec import Objective
+from bfppc_synth.errors import NoDesignError, UsageError
+from bfppc_synth.model.spec import Method, Objective
 from bfppc_synth.spec.load import load_spec
+from bfppc_synth.synthesis.questions import (
+    largest_period,
+    largest_resolution,
+    smallest_accuracy,
+)
 from bfppc_synth.synthesis.synthesize import restore, synthesize
 
 SMALL = (Path(__file__).parents[1] / "plants" / "small_exponential.yaml").read_text()
@@ -68,6 +74,17 @@ def test_a_limit_that_nothing_keeps_is_answered_with_one_that_suffices(
         synthesize(spec)
     assert "would suffice: actuator.limit" in str(caught.value)
     assert "fix: remove" in str(caught.value)
+
+
+def test_a_question_without_its_subject_is_refused(tmp_path: Path) -> None:
+    spec = load_spec(asking(tmp_path, "peak-input", ""))
+    with pytest.raises(UsageError, match=r"accuracy needs actuator\.limit"):
+        smallest_accuracy(spec)
+    with pytest.raises(UsageError, match=r"resolution needs measurement\.quantizer"):
+        largest_resolution(spec)
+    continuous = replace(spec, synthesis=replace(spec.synthesis, method=Method.THEOREM2))
+    with pytest.raises(UsageError, match="period needs method unified"):
+        largest_period(continuous)
 
 
 def test_weights_trade_what_is_sought_against_the_slope(out: Path, tmp_path: Path) -> None:
