@@ -26,6 +26,13 @@ def check_objective(book: Notebook, states: tuple[str, ...], synthesis: Synthesi
     """Note weights that say nothing, and an inverse objective without what it needs."""
     _check_weights(book, synthesis)
     words = [word for word, _ in synthesis.objective if word in INVERSE]
+    weightless = book.has(f"{_PATH}.{Objective.ACCURACY}") and Objective.ACCURACY not in words
+    if weightless and book.has("performance") and not book.has("performance.accuracy"):
+        book.blame_path(
+            "performance",
+            "the key accuracy is missing: its weight is 0, so it is not searched for",
+            "add `accuracy:`, p_1, or give it a weight",
+        )
     if not words:
         return
     word = words[0]

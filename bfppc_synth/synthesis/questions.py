@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from bfppc_synth.errors import UsageError
 from bfppc_synth.expressions.parse import parse_constant
 from bfppc_synth.model.arithmetic import DEFAULT
-from bfppc_synth.model.spec import Objective
+from bfppc_synth.model.spec import Form, Method, Objective, QuantizerKind
 from bfppc_synth.synthesis.synthesize import synthesize
 
 if TYPE_CHECKING:
@@ -47,6 +48,8 @@ def smallest_accuracy(
     ------
     NoDesignError, PlantFileError
         As ``synthesize``.
+    UsageError
+        The file lacks what the question is about.
 
     References
     ----------
@@ -92,10 +95,27 @@ def _answered(
     progress: Callable[[str], None],
     arithmetic: Arithmetic,
 ) -> Design:
+    missing = _missing(spec, objective)
+    if missing:
+        raise UsageError(f"{spec.path}: objective {objective} needs {missing}")
     synthesis = replace(spec.synthesis, objective=((objective, 1.0),))
     document = _with_objective(spec.document, objective)
     asked = replace(spec, synthesis=synthesis, document=document, chosen=None)
     return synthesize(asked, progress=progress, arithmetic=arithmetic)
+
+
+def _missing(spec: PlantSpec, objective: Objective) -> str:
+    """Name what the reader would ask for, had the file itself this objective."""
+    if spec.synthesis.form is Form.PRINTED:
+        return "form sound"
+    if objective is Objective.ACCURACY and spec.actuator.limit is None:
+        return "actuator.limit"
+    if objective is Objective.PERIOD:
+        continuous = spec.synthesis.method in (Method.THEOREM1, Method.THEOREM2)
+        return "method unified or theorem3" if continuous else ""
+    kinds = {quantizer.kind for quantizer in spec.measurement.quantizers}
+    exact = objective is Objective.RESOLUTION and kinds == {QuantizerKind.NONE}
+    return "measurement.quantizer" if exact else ""
 
 
 def _without(document: object, section: str, key: str) -> object:

@@ -41,7 +41,7 @@ _ROUNDS = 2
 _TRADED = 0.1
 _CORRECTIONS = 4
 # An excess that ends these corrections [log].
-_CLOSE = 3e-3
+_CLOSE = 1e-3
 _CHORDS = 3
 
 
@@ -156,7 +156,7 @@ class Seeker:
                 if not 0.0 < excess < math.inf or position <= best + RESOLVED:
                     break
                 # Between the two by the chord, a little to the safe side.
-                aim = at_best + 0.5 * _CLOSE
+                aim = min(at_best + 0.5 * _CLOSE, 0.9 * at_best)
                 position = best + (position - best) * min(aim / (at_best - excess), 0.98)
                 excess = self._excess(position)
             if excess > 0.0:

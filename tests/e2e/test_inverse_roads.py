@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from bfppc_synth import pipeline
-from bfppc_synth.errors import NoDesignError
-from bfppc_synth.model.spec import Objective
+from bfppc_synth.errors import NoDesignError, UsageError
+from bfppc_synth.model.spec import Method, Objective
 from bfppc_synth.spec.load import load_spec
+from bfppc_synth.synthesis.questions import (
+    largest_period,
+    largest_resolution,
+    smallest_accuracy,
+)
 from bfppc_synth.synthesis.synthesize import restore, synthesize
 
 SMALL = (Path(__file__).parents[1] / "plants" / "small_exponential.yaml").read_text()
@@ -23,12 +29,17 @@ def asking(tmp_path: Path, objective: str, more: str) -> Path:
     return path
 
 
-def test_a_folder_is_about_the_accuracy_that_was_found(tmp_path: Path) -> None:
-    path = asking(tmp_path, "accuracy", "actuator: {limit: 20}\n")
+@pytest.fixture(scope="module")
+def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Make the folder of a file that states no accuracy, only a limit."""
+    path = asking(tmp_path_factory.mktemp("plants"), "accuracy", "actuator: {limit: 20}\n")
     path.write_text(path.read_text().replace("  accuracy: 0.2\n", ""))
-    out = tmp_path / "folder"
-    outcome = pipeline.run(path, pipeline.Options(out=out))
-    assert outcome.exit_code == 0
+    folder = path.parent / "folder"
+    assert pipeline.run(path, pipeline.Options(out=folder)).exit_code == 0
+    return folder
+
+
+def test_a_folder_is_about_the_accuracy_that_was_found(out: Path) -> None:
     report = json.loads((out / "report.json").read_text())
     found = report["chosen"]["value"]
     assert report["chosen"] == {"objective": "accuracy", "value": found}
@@ -65,11 +76,23 @@ def test_a_limit_that_nothing_keeps_is_answered_with_one_that_suffices(
     assert "fix: remove" in str(caught.value)
 
 
-def test_weights_trade_what_is_sought_against_the_slope(tmp_path: Path) -> None:
+def test_a_question_without_its_subject_is_refused(tmp_path: Path) -> None:
+    spec = load_spec(asking(tmp_path, "peak-input", ""))
+    with pytest.raises(UsageError, match=r"accuracy needs actuator\.limit"):
+        smallest_accuracy(spec)
+    with pytest.raises(UsageError, match=r"resolution needs measurement\.quantizer"):
+        largest_resolution(spec)
+    continuous = replace(spec, synthesis=replace(spec.synthesis, method=Method.THEOREM2))
+    with pytest.raises(UsageError, match="period needs method unified"):
+        largest_period(continuous)
+
+
+def test_weights_trade_what_is_sought_against_the_slope(out: Path, tmp_path: Path) -> None:
+    steep = json.loads((out / "report.json").read_text())
     weights = "{accuracy: 1, slope: 0.5}"
     flat = synthesize(load_spec(asking(tmp_path, weights, "actuator: {limit: 20}\n")))
     flat.certificate.require()
+    assert flat.bounds.U <= 20.0
+    assert flat.bounds.slope < 0.1 * steep["bounds"]["slope"]
     assert flat.spec.chosen is not None
-    # Half the weight of the slope: a smaller accuracy is not worth the last of the limit.
-    assert flat.bounds.U < 0.9 * 20.0
-    assert flat.spec.chosen.value <= 0.2
+    assert steep["chosen"]["value"] < flat.spec.chosen.value <= 0.2

@@ -39,6 +39,20 @@ def mistakes(read):
     return run
 
 
+def test_an_accuracy_of_weight_zero_is_still_asked_for(mistakes):
+    text = GOOD.replace("  accuracy: 0.15\n", "  rho: {kind: cosine, t_s: 1}\n")
+    found = mistakes(text + "synthesis: {objective: {accuracy: 0, slope: 1}}\n")
+    assert len(found) == 1
+    assert "accuracy is missing" in found[0].message
+
+
+def test_an_accuracy_that_is_searched_for_need_not_be_given(read):
+    text = GOOD.replace("  accuracy: 0.15\n", "  rho: {kind: cosine, t_s: 1}\n")
+    spec = read(text + "actuator: {limit: 9}\nsynthesis: {objective: accuracy}\n")
+    assert spec.performance.accuracy is None
+    assert not any("upper limit" in note for note in spec.notes)
+
+
 def test_the_file_that_every_case_spoils_is_good(read):
     assert read(GOOD).states == ("x1", "x2")
 
@@ -317,6 +331,13 @@ ADDED = [
         "synthesis.objective.period",
         "accuracy and period: one requirement",
         "sampling.period",
+    ),
+    (
+        "synthesis: {objective: {accuracy: 1, slope: -1}}\nactuator: {limit: 9}",
+        "11:45:2",
+        "synthesis.objective.slope",
+        "a number 0 or above",
+        "",
     ),
     ("synthesis: {objective: {slope: 0}}", "11:24:10", "synthesis.objective", "no weight", ""),
     (
