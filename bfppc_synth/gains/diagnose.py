@@ -153,13 +153,19 @@ def diagnose(problem: DesignProblem, least: Evaluation | None = None) -> Diagnos
     pressing = _pressing(problem, miss)
     worst = pressing[0][0] if pressing else "an inequality"
     lacking = math.expm1(min(max(miss.log_factor, 0.0), 100.0))
-    lack = f"by {lacking:.2g} times" if lacking > 1.0 else f"by {lacking:.1%}"
+    lack = (
+        f"miss {worst} by {lacking:.2g} times"
+        if lacking > 1.0
+        else f"miss {worst} by {lacking:.1%}"
+    )
+    if miss.holds:
+        lack = f"have too little room in {worst} to be rounded"
     nearest = judged(problem, miss)
     states = problem.plant.spec.states
     step = next((i for i, state in enumerate(states) if worst.endswith(f"[{state}]")), 0)
     drivers = () if nearest is None else _drivers(problem, nearest, step)
     return Diagnosis(
-        headline=f"{start} no gains were found, the nearest ones miss {worst} {lack}",
+        headline=f"{start} no gains were found, the nearest ones {lack}",
         pressing=pressing,
         drivers=drivers,
         log_factor=miss.log_factor,

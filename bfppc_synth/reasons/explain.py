@@ -126,6 +126,8 @@ def explained(
         change = released_suggestion(question, path, value)
         if change is not None:
             found[path] = change
+        else:
+            useless.append(path)
     known, ways = other_ways(spec)
     if ways:
         progress(f"trying {ways[0][0].path} {ways[0][0].text}")

@@ -28,6 +28,10 @@ if TYPE_CHECKING:
     from bfppc_synth.spec.changing import Edit
 
 
+# What an edited file may end in: a refusal, or numbers beyond what anything here computes with.
+_BROKEN = (BfppcError, ArithmeticError, RuntimeError, ValueError)
+
+
 def _silent(message: str) -> None:
     del message
 
@@ -99,7 +103,7 @@ class Question:
                 found_1 = search_theorem1(problem_of_theorem1(spec), _silent)
                 return math.inf if found_1 is None else 0.0
             problem = self._posed(spec)
-        except (BfppcError, OverflowError):
+        except _BROKEN:
             return math.inf
         found = nearest_miss(problem, self._near)
         if found is not None:
@@ -128,6 +132,6 @@ class Question:
             design = synthesize(
                 changed(self.spec, edits), progress=progress, arithmetic=self._arithmetic
             )
-        except (BfppcError, OverflowError):
+        except _BROKEN:
             return None
         return design if design.certificate.verdict is Verdict.CERTIFIED else None

@@ -108,7 +108,7 @@ def _eased(
         return prepare(
             other, transition=None if given else transition, arithmetic=problem.arithmetic
         )[0]
-    except (BfppcError, OverflowError):
+    except (BfppcError, ArithmeticError, RuntimeError, ValueError):
         return None
 
 

@@ -86,7 +86,12 @@ def suggestion(question: Question, requirement: Requirement, given: float) -> Su
     """
 
     def miss(factor: float) -> float:
-        return question.miss(requirement.change(factor))
+        try:
+            edits = requirement.change(factor)
+        except ArithmeticError:
+            # No number of a plant file is that large.
+            return math.inf
+        return question.miss(edits)
 
     factor = least_relaxation(requirement, miss, given)
     found = None if factor is None else settled(question, requirement, factor)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -59,6 +60,7 @@ def _instead(way: Suggestion) -> str:
 
 def _details(answer: Answer) -> dict[str, object]:
     diagnosis = answer.diagnosis
+    factor = diagnosis.log_factor
     requirement = answer.suggestions[0].path if answer.suggestions else None
     if diagnosis.least_input is not None:
         requirement = "actuator.limit"
@@ -67,7 +69,7 @@ def _details(answer: Answer) -> dict[str, object]:
         "binding": {
             "requirement": requirement,
             "inequality": inequality,
-            "log_factor": diagnosis.log_factor,
+            "log_factor": factor if factor is not None and math.isfinite(factor) else None,
             "pressing": [{"id": name, "share": share} for name, share in diagnosis.pressing],
         },
         "drivers": [
