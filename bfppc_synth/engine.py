@@ -6,6 +6,7 @@ same functions with the same arguments, so the results are the same.
 
 from __future__ import annotations
 
+import logging
 import os
 from concurrent.futures import FIRST_COMPLETED, Executor, ThreadPoolExecutor, wait
 from contextlib import contextmanager
@@ -143,6 +144,8 @@ def _cluster(address: str) -> Iterator[Engine]:
         raise UsageError(
             "--cluster needs Dask, which is not installed; fix: pip install 'bfppc-synth[cluster]'"
         ) from error
+    # What a lost worker costs is done again: no reader of the results needs a word of it.
+    logging.getLogger("distributed.client").setLevel(logging.ERROR)
     try:
         client = Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:

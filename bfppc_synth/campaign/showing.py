@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from bfppc_synth import pipeline
 from bfppc_synth.campaign.replay import replay
 from bfppc_synth.campaign.result import picture
 from bfppc_synth.campaign.store import write_whole
+from bfppc_synth.pipeline import Outcome, simulate
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -28,10 +28,10 @@ def show_nominal(
     seed: int | None,
     plot: bool,
     progress: Callable[[str], None],
-) -> pipeline.Outcome:
+) -> Outcome:
     """Run the folder's controller again; with ``plot`` draw the nominal run into it."""
     seen: list[Trajectory] = []
-    outcome = pipeline.simulate(
+    outcome = simulate(
         folder, horizon=horizon, start=start, seed=seed, progress=progress, show=seen.append
     )
     return _drawn(outcome, folder / NOMINAL, seen[0]) if plot else outcome
@@ -39,7 +39,7 @@ def show_nominal(
 
 def show_run(
     folder: Path, number: int, *, seed: int | None, horizon: float | None, plot: bool
-) -> pipeline.Outcome:
+) -> Outcome:
     """Make one run of the folder's campaign again; with ``plot`` draw it into the folder."""
     outcome, trajectory = replay(folder, number, seed=seed, horizon=horizon)
     if not plot:
@@ -47,7 +47,7 @@ def show_run(
     return _drawn(outcome, folder / RUN.format(number=number), trajectory)
 
 
-def _drawn(outcome: pipeline.Outcome, path: Path, trajectory: Trajectory) -> pipeline.Outcome:
+def _drawn(outcome: Outcome, path: Path, trajectory: Trajectory) -> Outcome:
     """Draw at most 20,000 rows: an SVG holds every point."""
     stride = 1 + len(trajectory.t) // 20_000
     rows = ("t", "x", "q", "e", "r", "u", "y_d")
