@@ -81,9 +81,9 @@ its gains come from the synthesis, which knows bounds and no simulation, and its
 of a law that is proved for every plant within its bounds. What that costs is to be seen in the
 first table: under a coarse quantizer the steep certified law works hardest of all. Dynamic surface
 control and backstepping are given f and g of the nominal plant; the two kinds of prescribed
-performance control are given nothing. Two of three runs take anything within the declared bounds for the truth, where the file
-declares any. Wide funnels promise their own widths and not the envelope: what they do inside it is
-what came out.
+performance control are given nothing. Two of three runs take anything within the declared bounds
+for the truth, where the file declares any. Wide funnels promise their own widths and not the
+envelope: what they do inside it is what came out.
 """
 COSTS = """
 ## Operations of one step against n

@@ -103,7 +103,7 @@ def test_a_wide_funnel_survives(title):
 def test_a_comparison_is_made_again(title):
     design = SCRIPT.restore(ROOT / "generated" / title)
     horizon = SCRIPT.EXAMPLES[title]
-    made = SCRIPT.table(SCRIPT.compared(design, horizon if EVERY else 0.5))
+    made = SCRIPT.table(SCRIPT.compared(design, horizon if EVERY else 0.2))
     if EVERY:
         assert f"{title}\n{made}".strip() == SECTIONS[title].strip()
     # A shorter horizon gives other numbers and the same rows, ranges and words.
