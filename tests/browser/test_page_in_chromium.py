@@ -132,6 +132,14 @@ def test_a_page_in_the_dark_has_other_colours_and_keeps_its_plots_visible(page):
 
 
 def test_a_page_prints_to_pdf_with_its_font(page, path, screens):
+    # Paper is white, whatever the colours of the window were.
+    page.show(width=WINDOW, scheme="dark", media="print")
+    colours = page.run(
+        "['body', '.verdict'].map((each) => getComputedStyle(document.querySelector(each)))"
+        ".map((style) => style.backgroundColor)"
+    )
+    assert colours[0] == "rgb(255, 255, 255)"
+    assert min(int(part) for part in re.findall(r"\d+", colours[1])) > 200
     pdf = base64.b64decode(page.ask("Page.printToPDF", printBackground=True)["data"])
     (screens / f"{path.stem}.pdf").write_bytes(pdf)
     assert pdf.startswith(b"%PDF-")

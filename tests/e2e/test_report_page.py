@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import json
 import re
 from html.parser import HTMLParser
 
 import pytest
 
-from bfppc_synth.pipeline import Options, Uncertified, run
+from bfppc_synth.pipeline import Options, Report, Uncertified, run
+from bfppc_synth.report.typst_page import typst_source
 
 PLANT = """\
 name: small_report
@@ -69,7 +71,8 @@ def make(text, base):
     base.mkdir()
     plant = base / "plant.yaml"
     plant.write_text(text, encoding="utf-8")
-    outcome = run(plant, Options(out=base / "out", uncertified=Uncertified.WRITE))
+    options = Options(out=base / "out", uncertified=Uncertified.WRITE, report=Report.PAGE_AND_PDF)
+    outcome = run(plant, options)
     return outcome, base / "out"
 
 
@@ -154,3 +157,20 @@ def test_the_numbers_in_the_readme_are_those_of_report_json(certified):
         ("x1", "x2"), outcome.document["gains"], outcome.document["omega"]["p"], strict=True
     ):
         assert f"| {state} | {p:.6g} | {gains['k']:.6g} |" in text
+
+
+def test_the_report_is_there_as_a_pdf_and_in_the_manifest(made):
+    _, folder = made
+    made_pdf = (folder / "report.pdf").read_bytes()
+    assert made_pdf.startswith(b"%PDF-")
+    digest = hashlib.sha256(made_pdf).hexdigest()
+    manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
+    assert manifest["files"]["report.pdf"] == digest
+
+
+def test_the_pdf_of_a_report_without_certificate_says_so_too(printed):
+    _, folder = printed
+    source = typst_source((folder / "report.html").read_text(encoding="utf-8"))
+    assert source.count("NOT CERTIFIED") == (folder / "report.html").read_text("utf-8").count(
+        "NOT CERTIFIED"
+    )
