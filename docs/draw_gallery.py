@@ -21,7 +21,8 @@ HEAD = """# Gallery
 Written by `make gallery` from `examples/` and what they generate. Every design below is certified,
 and its folder stands in `generated/`: open the report in it. U is the proved peak input, a worst
 case over everything that the plant file allows; what the simulated runs need is beside it. The
-paper's own printed gains, which are never certified, are in [paper.md](paper.md).
+paper's own printed gains, which are never certified, are in [paper.md](paper.md). Two notebooks,
+`examples/notebooks/first_design.ipynb` and `trade_off.ipynb`, do the same from Python.
 
 """
 
