@@ -32,7 +32,9 @@ def first_guess(spec: PlantSpec, objective: Objective) -> float:
         p_1 [unit of x_1], h [s], or a factor; positive.
     """
     if objective is Objective.PERIOD:
-        return _PERIOD
+        # Where a question sets the file's period aside, runs are still made in steps of it.
+        timed = spec.gives("sampling.period") or spec.gives("simulation.period")
+        return spec.simulation.period if timed else _PERIOD
     if objective is Objective.RESOLUTION:
         return 1.0
     first = spec.initial[0]

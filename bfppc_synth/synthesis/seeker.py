@@ -41,7 +41,7 @@ _ROUNDS = 2
 _TRADED = 0.1
 _CORRECTIONS = 4
 # An excess that ends these corrections [log].
-_CLOSE = 1e-3
+_CLOSE = 2e-4
 _CHORDS = 3
 
 
