@@ -29,10 +29,11 @@ ROOM = 5.0
 LEAST_RATE = 1e-6
 # Name of the row of actuator.limit.
 LIMIT = "limit"
-# An elastic program looks no further than these logs of the common factor, on either side;
-# its rows hold to this much, and the design's cost counts this little beside the factor.
+# Logs of the common factor that an elastic program looks at; its rows hold to this much, and the
+# design's cost counts this little.
 LEAST_MISS, MOST_MISS = -0.5, 60.0
 SETTLED = 1e-5
+STOPPED = ("User_Requested_Stop", "NonIpopt_Exception_Thrown")
 OWN_COST = 1e-4
 # Inequalities between feedback values: in units of x_{i+1}, and not of x_i as the other ones.
 FORCES = ("U1", "U2", "U2'", "T2")
@@ -69,6 +70,8 @@ class _Solver:
             x0=guess, lbx=lower, ubx=upper, lbg=[0.0] * self._rows, ubg=[math.inf] * self._rows
         )
         values = [float(value) for value in found["x"].full().ravel()]
+        if self._solver.stats()["return_status"] in STOPPED:
+            raise KeyboardInterrupt  # the solver has swallowed it
         # Of the last run: how hard each row presses, and how far the worst one is from holding.
         # CasADi's multiplier of a row that is at least 0 is not positive.
         self.multipliers = tuple(max(-float(m), 0.0) for m in found["lam_g"].full().ravel())
@@ -232,10 +235,7 @@ class Program:
 
 
 class ElasticProgram(Program):
-    """The same program where everything that is asked may miss by one common factor.
-
-    The goal is the log of that factor; a little of the design's own cost keeps gains finite.
-    """
+    """The same where everything asked may miss by one common factor, whose log is the goal."""
 
     #: Log of the factor of the last solution; below 0 everything holds with that much room.
     miss = math.inf

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 # What an edited file may end in: a refusal, or numbers beyond what anything here computes with.
-_BROKEN = (BfppcError, ArithmeticError, RuntimeError, ValueError)
+_BROKEN = (BfppcError, ArithmeticError, ValueError)
 
 
 def _silent(message: str) -> None:

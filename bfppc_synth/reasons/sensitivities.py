@@ -108,7 +108,7 @@ def _eased(
         return prepare(
             other, transition=None if given else transition, arithmetic=problem.arithmetic
         )[0]
-    except (BfppcError, ArithmeticError, RuntimeError, ValueError):
+    except (BfppcError, ArithmeticError, ValueError):
         return None
 
 
