@@ -165,7 +165,8 @@ def _cluster(address: str) -> Iterator[Engine]:
         executor = _Submitting(client)
         yield Engine(executor=executor, width=2 * threads, remote=True)
     finally:
-        client.close()
+        # A scheduler that is gone does not answer a farewell either.
+        client.close(timeout=2.0)
 
 
 class _Submitting(Executor):
@@ -181,7 +182,12 @@ class _Submitting(Executor):
     def first(self, futures: list[Any]) -> list[Any]:
         """Wait for any of the futures; return all that are done."""
         from distributed import wait as wait_remotely
+        from distributed.client import FuturesCancelledError
 
+        gone = LostError(
+            "--cluster: the scheduler is gone\n"
+            "  fix: start it again; what is done is kept, --resume goes on"
+        )
         while True:
             try:
                 with self._client.as_current():
@@ -190,7 +196,6 @@ class _Submitting(Executor):
             except TimeoutError:
                 # Now and then, so that Ctrl-C and a scheduler that is gone are seen.
                 if self._client.status not in {"running", "connecting"}:
-                    raise LostError(
-                        "--cluster: the scheduler is gone\n"
-                        "  fix: start it again; what is done is kept, --resume goes on"
-                    ) from None
+                    raise gone from None
+            except FuturesCancelledError as error:
+                raise gone from error
