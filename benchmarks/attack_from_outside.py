@@ -373,7 +373,8 @@ class Attack:
                     r_1 = center.at(t)[0, run]
                     center.switch(run, t, q[0, run] - r_1, q[:, run])
             e = self.errors(center.at(t))
-            now = np.abs(e) / folder.p[:, None]
+            # No number is outside of every tube.
+            now = np.nan_to_num(np.abs(e) / folder.p[:, None], nan=math.inf)
             worst = np.where(staged & alive, np.maximum(worst, now), worst)
             alive &= (now[0] <= 1.0) | ~staged
             alive &= (np.abs(self.x) < 1e6).all(axis=0)
