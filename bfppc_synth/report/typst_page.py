@@ -132,7 +132,7 @@ def _letters(element: ET.Element) -> str:
     for row in element:
         cells += [f"[{_children(part)}]" for part in row]
     return (
-        "#block(text(size: 8.5pt, grid(columns: (3em, 1fr, 3em, 1fr), gutter: 5pt,"
+        "#block(text(size: 8.5pt, grid(columns: (auto, 1fr, auto, 1fr), gutter: 5pt,"
         f" {', '.join(cells)})))\n"
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import importlib.util
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 from bfppc_synth.artifacts import simulate_trajectory
 from bfppc_synth.codegen.cost import step_cost
 from bfppc_synth.codegen.law import build_law
+from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.report.render import render_html
 from bfppc_synth.report.tables import report_document
 from bfppc_synth.synthesis.synthesize import restore
@@ -38,11 +40,16 @@ def rendered(tmp_path_factory):
     """Write the page of a committed folder as this version lays it out."""
     base = tmp_path_factory.mktemp("pages")
 
-    def render(folder):
+    def render(folder, verdict=Verdict.CERTIFIED):
         design = restore(folder)
+        if verdict is not Verdict.CERTIFIED:
+            failed = dataclasses.replace(
+                design.certificate, verdict=verdict, failures=("U1[x1] (65): 4 is not above 5.1",)
+            )
+            design = dataclasses.replace(design, certificate=failed)
         nominal = simulate_trajectory(design, horizon=0.2)
         document = report_document(design, nominal, (), cost=step_cost(build_law(design)))
-        path = base / f"{folder.name}.html"
+        path = base / f"{folder.name}-{verdict.value}.html"
         path.write_text(render_html(document, design, nominal), encoding="utf-8")
         return path
 

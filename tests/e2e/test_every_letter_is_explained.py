@@ -17,7 +17,7 @@ from bfppc_synth.report.tables import report_document
 from bfppc_synth.synthesis.synthesize import restore
 
 ROOT = Path(__file__).parents[2]
-SAMPLE = {"motor_arm_nominal", "theorem1_example_1", "switching_example_2", "cart_pendulum"}
+SAMPLE = {"motor_arm_nominal", "theorem1_example_1", "switching_example_2"}
 FOLDERS = [
     path.parent
     for path in sorted((ROOT / "generated").glob("*/plant.yaml"))
