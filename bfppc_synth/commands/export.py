@@ -13,8 +13,8 @@ def export(folder: Folder, *, to: To, as_json: Json = False, quiet: Quiet = Fals
     voice = Voice(as_json=as_json, quiet=quiet)
 
     def work() -> int:
-        from bfppc_synth import pipeline
+        from bfppc_synth.pipeline_export import export as export_folder
 
-        return voice.tell(pipeline.export(folder, to))
+        return voice.tell(export_folder(folder, to))
 
     raise typer.Exit(voice.settle(work))

@@ -1511,6 +1511,7 @@ class Rho:
 
 
 Fixed = tuple[tuple[str, Interval], ...]
+Chosen = tuple[str, float]  # accuracy, period or resolution; p_1, h [s] or the factor on the steps
 
 
 @dataclass(frozen=True, slots=True)
@@ -1518,7 +1519,8 @@ class Problem:
     """A plant file as the theorems need it.
 
     ``fixed`` are the numbers that the design must keep, by the names of its constants; ``free``
-    counts the stages of theorem3 below the last one. ``arithmetic`` is the design's.
+    counts the stages of theorem3 below the last one. ``arithmetic`` is the design's, and so is
+    ``chosen``: what the file's objective leaves to it, already in the place of the file's value.
     """
 
     name: str
@@ -1546,6 +1548,7 @@ class Problem:
     derivatives: tuple[Interval, ...]
     funnel: Node | None
     arithmetic: Arithmetic = _DEFAULT
+    chosen: Chosen | None = None
 
     @property
     def latest(self) -> int:
@@ -1627,8 +1630,8 @@ def each_state(
     return [by_state.get(state, default) for state in states]
 
 
-def read_plant(document: object) -> Problem:
-    """Read plant.json.
+def read_plant(document: object, chosen: Chosen | None = None) -> Problem:
+    """Read plant.json, with the value that its objective leaves to the design.
 
     Raises
     ------
@@ -1647,7 +1650,14 @@ def read_plant(document: object) -> Problem:
     states = _states(plant["states"])
     synthesis = _synthesis(plant.get("synthesis", {}))
     names, ranges = _parameters(plant.get("parameters", {}), states)
-    performance = fields(plant["performance"], "performance", "accuracy", "rho transition funnel")
+    sought = _sought(synthesis.get("objective", "balanced"))
+    if sought != (None if chosen is None else chosen[0]):
+        raise MalformedError("design.chosen: not what the objective of the file leaves open")
+    value = None if chosen is None else Fraction(chosen[1])
+    asked = "accuracy" if sought != "accuracy" else ""
+    performance = fields(
+        plant["performance"], "performance", asked, "accuracy rho transition funnel"
+    )
     initial = fields(plant["initial"], "initial", " ".join(states), "offset")
     reference, bounds = _reference(plant.get("reference", "0"))
     sampling = fields(plant.get("sampling", {}), "sampling", "", "period delay")
@@ -1670,10 +1680,12 @@ def read_plant(document: object) -> Problem:
         reference_bounds=bounds,
         starts=tuple(interval_of(initial[state], f"initial.{state}") for state in states),
         offset=at_least(0, initial["offset"], "initial.offset") if offset else None,
-        accuracy=at_least(1, performance["accuracy"], "performance.accuracy"),
+        accuracy=_accuracy(performance, value if sought == "accuracy" else None),
         rhos=tuple(_rho(rho) for rho in rhos),
-        delta=_resolutions(plant.get("measurement", {}), states),
-        period=at_least(0, sampling.get("period", "0"), "sampling.period"),
+        delta=_resolutions(
+            plant.get("measurement", {}), states, value if sought == "resolution" else None
+        ),
+        period=_period(sampling, value if sought == "period" else None),
         delay=at_least(0, sampling.get("delay", "0"), "sampling.delay"),
         actuator_error=at_least(0, actuator.get("error", "0"), "actuator.error"),
         limit=at_least(1, actuator["limit"], "actuator.limit") if "limit" in actuator else None,
@@ -1688,6 +1700,7 @@ def read_plant(document: object) -> Problem:
         funnel=_over_time(text_of(performance["funnel"], "performance.funnel"))
         if "funnel" in performance
         else None,
+        chosen=chosen,
     )
     if problem.center == "nominal":
         _check_nominal(problem)
@@ -1743,6 +1756,53 @@ def _plant_name(value: object) -> str:
     if not re.fullmatch(r"[a-z][a-z0-9_]{0,23}", text_of(value, "name")):
         raise MalformedError("name: [a-z][a-z0-9_]{0,23} is expected")
     return str(value)
+
+
+_SOUGHT = ("accuracy", "period", "resolution")
+
+
+def _sought(objective: object) -> str | None:
+    """Return what the objective leaves to the design; other words only weigh designs."""
+    words = [objective]
+    if isinstance(objective, Mapping):
+        path = "synthesis.objective"
+        weights = fields(objective, path, "", " ".join(("balanced peak-input slope", *_SOUGHT)))
+        words = [word for word in weights if constant(weights[word], path) != ZERO_I]
+    found = [word for word in _SOUGHT if word in words]
+    if len(found) > 1:
+        raise MalformedError("synthesis.objective: one requirement can be left to the design")
+    return found[0] if found else None
+
+
+def _near(asked: Interval) -> Interval:
+    """Enclose the binary64 number nearest to a decimal of the file."""
+    return from_fraction(Fraction((asked[0] + asked[1]) / (2 * ONE)))
+
+
+def _accuracy(performance: Mapping[str, Any], chosen: Fraction | None) -> Interval:
+    """Read p_1: the file's, or the design's, which must not be above the file's."""
+    path = "performance.accuracy"
+    if chosen is None:
+        return at_least(1, performance["accuracy"], path)
+    own = from_fraction(chosen)
+    if "accuracy" in performance:
+        asked = at_least(1, performance["accuracy"], path)
+        if own[1] > max(asked[0], _near(asked)[1]):
+            raise MalformedError(f"design.chosen: the accuracy is not below {path}")
+    if own[0] < 1:
+        raise MalformedError("design.chosen: the accuracy is too small")
+    return own
+
+
+def _period(sampling: Mapping[str, Any], chosen: Fraction | None) -> Interval:
+    """Read h: the file's, or the design's, which must not be below the file's."""
+    asked = at_least(0, sampling.get("period", "0"), "sampling.period")
+    if chosen is None:
+        return asked
+    own = from_fraction(chosen)
+    if own[0] < max(1, min(asked[1], _near(asked)[0])):
+        raise MalformedError("design.chosen: the period is below sampling.period, or not positive")
+    return max(own[0], asked[0]), max(own[1], asked[1])
 
 
 def _states(value: object) -> tuple[str, ...]:
@@ -2002,13 +2062,20 @@ def _rho(value: object) -> Rho:
     return Rho(node, None, bottom, speed)
 
 
-def _resolutions(value: object, states: Sequence[str]) -> tuple[Interval, ...]:
-    """Bound |q(x) - x| plus noise for every state."""
+def _resolutions(
+    value: object, states: Sequence[str], factor: Fraction | None
+) -> tuple[Interval, ...]:
+    """Bound |q(x) - x| plus noise for every state; a factor scales every length of q."""
+    if factor is not None and from_fraction(factor)[0] < 1:
+        raise MalformedError("design.chosen: the factor is not positive")
     measurement = fields(value, "measurement", "", "quantizer noise")
     quantizers = each_state(measurement, "quantizer", states, {"kind": "none"})
     noises = each_state(measurement, "noise", states, "0")
     return tuple(
-        add(_quantization(quantizer), at_least(0, noise, "measurement.noise"))
+        add(
+            scale(Fraction(1) if factor is None else factor, _quantization(quantizer)),
+            at_least(0, noise, "measurement.noise"),
+        )
         for quantizer, noise in zip(quantizers, noises, strict=True)
     )
 
@@ -3799,6 +3866,7 @@ def derive(
     duration: float | Fraction | None = None,
     tight: tuple[Sequence[float | Fraction], float | Fraction] | None = None,
     arithmetic: tuple[str, str] = ("double", "libm"),
+    chosen: Chosen | None = None,
 ) -> Obligations:
     """Derive every obligation from the plant, the gains and the tube.
 
@@ -3821,6 +3889,8 @@ def derive(
         For bounds tight: the claimed loads and rate.
     arithmetic : tuple[str, str]
         What the controllers compute with: double or float, libm or portable.
+    chosen : Chosen, optional
+        What the objective of the file leaves to the design, and its value.
 
     Returns
     -------
@@ -3838,12 +3908,20 @@ def derive(
     ----------
     docs/theory.md sections 1 to 4 and 6 to 8.
     """
-    more = (c_0, stages, duration, tight, arithmetic)
+    more = (c_0, stages, duration, tight, arithmetic, chosen)
     question = repr((document, gains, half_widths, *more))
     if question not in _ANSWERED:
         _ANSWERED.clear()
         _ANSWERED[question] = _derived(
-            document, gains, half_widths, c_0, stages, duration, tight, Arithmetic(*arithmetic)
+            document,
+            gains,
+            half_widths,
+            c_0,
+            stages,
+            duration,
+            tight,
+            Arithmetic(*arithmetic),
+            chosen,
         )
     return _ANSWERED[question]
 
@@ -3860,8 +3938,9 @@ def _derived(
     duration: float | Fraction | None,
     tight: tuple[Sequence[float | Fraction], float | Fraction] | None,
     arithmetic: Arithmetic,
+    chosen: Chosen | None,
 ) -> Obligations:
-    problem = replace(read_plant(document), arithmetic=arithmetic)
+    problem = replace(read_plant(document, chosen), arithmetic=arithmetic)
     if arithmetic.single and problem.method in ("theorem1", "theorem2"):
         raise UndecidedError(f"{problem.method} neglects rounding: float needs method unified")
     if (c_0 is not None) != (problem.method == "theorem1") or len(stages) != problem.free:
@@ -4687,12 +4766,14 @@ class _Chain:
         """Claim what the file asks of the design: accuracy, and the numbers that it fixes."""
         asked = self.problem.accuracy
         # The promise is made for the binary64 number nearest to the file's decimal.
-        nearest = from_fraction(Fraction((asked[0] + asked[1]) / (2 * ONE)))
-        comparison = Comparison((max(asked[0], nearest[1]),) * 2, self.p[0], ">=")
+        comparison = Comparison((max(asked[0], _near(asked)[1]),) * 2, self.p[0], ">=")
         # A file that names no center may be certified with either: what is promised says which.
         statement = f"p_1 <= performance.accuracy, center {self.problem.center}"
         if self.center.following is not None:
             statement += f", T_s = {float(self.center.following.path.model.duration)!r}"
+        if self.problem.chosen is not None:
+            word, found = self.problem.chosen
+            statement += f", {word} {found!r} chosen by its objective"
         if self.free:
             before = ", ".join(f"{float(stage.half_widths[0])!r}" for stage in self.free)
             statement += f" in the last stage; |e_1| <= {before} before it"
@@ -5206,6 +5287,15 @@ def without_common_power(node: Node) -> Node:
             return node
 
 
+def _instead(chosen: Chosen | None) -> str:
+    """Say what holds in the place of a declaration that the objective leaves to the design."""
+    if chosen is None or chosen[0] == "accuracy":
+        return ""
+    if chosen[0] == "period":
+        return f"; samples are at most {chosen[1]!r} s apart"
+    return f"; every length of every quantizer is {chosen[1]!r} times the declared one"
+
+
 def _assumed(problem: Problem) -> tuple[str, ...]:
     """List what no computation can prove; printed at the end of every verification."""
     real = "binary32" if problem.arithmetic.single else "binary64"
@@ -5216,7 +5306,8 @@ def _assumed(problem: Problem) -> tuple[str, ...]:
         )
     lines = [
         "the plant is as declared: f, g, their bounds, disturbances, parameters, initial states",
-        "measurement and actuation are as declared: quantizer, noise, period, delay, error",
+        "measurement and actuation are as declared: quantizer, noise, period, delay, error"
+        + _instead(problem.chosen),
         computed,
         "the theorem itself (docs/theory.md) and this file",
         "the C source computes the law of controller.py (its constants and limits were compared)",
@@ -5351,6 +5442,7 @@ class Design:
     duration: float | None = None
     tight: tuple[tuple[float, ...], float] | None = None
     arithmetic: Arithmetic = _DEFAULT
+    chosen: Chosen | None = None
 
     def constants(self) -> dict[str, float | int]:
         """Return the numbers by the names that the controllers give them."""
@@ -5364,7 +5456,7 @@ class Design:
     def obligations(self, plant: object) -> Obligations:
         """Derive what must hold for this design of a plant."""
         kind = (self.arithmetic.real, self.arithmetic.math)
-        more = (self.c_0, self.stages, self.duration, self.tight, kind)
+        more = (self.c_0, self.stages, self.duration, self.tight, kind, self.chosen)
         return derive(plant, self.gains, self.p, *more)
 
 
@@ -5382,7 +5474,7 @@ def _constants(prefix: str, gains: Gains, p: Sequence[float]) -> dict[str, float
 
 def read_design(value: object) -> Design:
     """Read gains, tube and clamp; c_0 of theorem1, the stages of theorem3."""
-    design = fields(value, "design", "p gains U_MAX", "c_0 stages T_s tight real math")
+    design = fields(value, "design", "p gains U_MAX", "c_0 stages T_s tight real math chosen")
     arithmetic = Arithmetic(design.get("real", "double"), design.get("math", "libm"))
     if arithmetic.real not in ("double", "float") or arithmetic.math not in ("libm", "portable"):
         raise MalformedError("design: real is double or float, math is libm or portable")
@@ -5408,7 +5500,12 @@ def read_design(value: object) -> Design:
         )
         if any(x == 0 and math.copysign(1, x) < 0 for x in (*tight[0], tight[1])):
             raise MalformedError("design.tight: a zero with a sign")
-    found = Design(gains, p, peak, c_0, tuple(stages), duration, tight, arithmetic)
+    chosen = None
+    if "chosen" in design:
+        given = fields(design["chosen"], "design.chosen", "objective value")
+        word = text_of(given["objective"], "design.chosen.objective")
+        chosen = (word, read_double(given["value"], "design.chosen.value"))
+    found = Design(gains, p, peak, c_0, tuple(stages), duration, tight, arithmetic, chosen)
     for key, constant in found.constants().items():
         if arithmetic.rounded(Fraction(constant)) != Fraction(constant):
             raise MalformedError(f"design: {key} is no number of the type {arithmetic.real}")

@@ -80,16 +80,6 @@ def test_a_mistyped_command_is_answered_with_the_nearest() -> None:
         arrange(["verfy", "d"])
 
 
-@pytest.mark.parametrize("command", cli.LATER)
-def test_a_command_of_a_later_version_is_refused_and_not_listed(
-    command: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main([command, "x"]) == 2
-    assert "not available in this version" in capsys.readouterr().err
-    assert main(["--help"]) == 0
-    assert f"\n  {command} " not in capsys.readouterr().out
-
-
 @pytest.mark.parametrize("words", [["--real", "half"], ["--math", "newlib"]])
 def test_a_number_type_or_library_that_there_is_not_is_refused(
     words: list[str], capsys: pytest.CaptureFixture[str]
