@@ -74,9 +74,14 @@ def with_sensitivities(design: Design) -> Design:
         other = None if eased is None else continued(eased, known)
         if other is None or other.shortfall > 0.0:
             continue
-        found.append(_sensitivity(requirement, base, other))
+        # The design at hand does for less, too: where the solver ends dearer, nothing is bought.
+        found.append(_sensitivity(requirement, base, min(base, other, key=_cost)))
     found.sort(key=lambda one: (one.peak_input, one.slope, one.path))
     return replace(design, sensitivities=tuple(found))
+
+
+def _cost(found: Evaluation) -> float:
+    return found.cost
 
 
 def _distinct(design: Design) -> tuple[Requirement, ...]:
