@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from bfppc_synth.arguments import Force, Json, Over, Plant, Quiet, Seed, Swept, Workers
+from bfppc_synth.arguments import Cluster, Force, Json, Over, Plant, Quiet, Seed, Swept, Workers
 from bfppc_synth.voice import Voice
 
 
@@ -14,6 +14,7 @@ def sweep(
     over: Over = None,
     out: Swept = None,
     workers: Workers = None,
+    cluster: Cluster = None,
     force: Force = False,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -32,6 +33,7 @@ def sweep(
                 over=tuple(over or ()),
                 out=out,
                 workers=workers,
+                cluster=cluster,
                 overwrite=Overwrite.FORCE if force else Overwrite.REFUSE,
                 progress=progress,
             )

@@ -16,7 +16,7 @@ from bfppc_synth.spec.document import read_document
 from bfppc_synth.spec.load import load_spec, load_text
 from bfppc_synth.sweep.axes import grid, read_axes
 from bfppc_synth.sweep.records import Chunk, Point, ProofChunk, Status
-from bfppc_synth.sweep.workers import executor_of, mapped, processors
+from bfppc_synth.sweep.workers import mapping
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -40,11 +40,15 @@ def _silent(message: str) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SweepOptions:
-    """``workers`` None takes every processor; ``out`` None writes nothing."""
+    """``workers`` None takes every processor; ``out`` None writes nothing.
+
+    ``cluster`` is the address of a Dask scheduler, whose workers have this package.
+    """
 
     over: tuple[str, ...]
     out: Path | None = None
     workers: int | None = None
+    cluster: str | None = None
     overwrite: Overwrite = Overwrite.REFUSE
     progress: Callable[[str], None] = _silent
 
@@ -77,14 +81,14 @@ def sweep(path: Path, options: SweepOptions) -> Outcome:
     spec = load_spec(path)
     _require_certifiable(spec)
     axes = read_axes(options.over, spec)
-    workers = processors() if options.workers is None else options.workers
-    if not 1 <= workers <= 1024:
+    workers = options.workers
+    if workers is not None and not 1 <= workers <= 1024:
         raise UsageError(f"--workers {workers}: not a number from 1 to 1024; fix: --workers 2")
     if options.out is not None:
         may_write_sweep(options.out, spec, options.overwrite)
     points = _points(path, spec, axes)
     options.progress("importing")
-    answers = solve(points, axes, workers, options.progress)
+    answers = solve(points, axes, options)
     _require_one(points, answers)
     from bfppc_synth.sweep.document import sweep_document, sweep_files, sweep_lines
 
@@ -161,15 +165,14 @@ def _require_one(points: Sequence[Point], answers: Sequence[Answer]) -> None:
 def solve(
     points: tuple[Point, ...],
     axes: tuple[Axis, ...],
-    workers: int,
-    progress: Callable[[str], None],
+    options: SweepOptions,
 ) -> tuple[Answer, ...]:
     """Search all points, offer every design to all of them, and prove the best.
 
     Returns
     -------
     tuple[Answer, ...]
-        In the points' order, the same for any number of workers.
+        In the points' order, the same whoever works.
     """
     from bfppc_synth.sweep.solving import prove_chunk, search_chunk
 
@@ -177,20 +180,21 @@ def solve(
     chunks = [Chunk(points=part) for part in parts]
 
     def told(what: str) -> Callable[[int], None]:
-        return lambda count: progress(f"{what}: {count} of {len(chunks)} parts of the sweep")
+        whole = f"of {len(chunks)} parts of the sweep"
+        return lambda count: options.progress(f"{what}: {count} {whole}")
 
-    with executor_of(min(workers, len(chunks))) as executor:
-        progress(f"searching: {len(points)} points in {len(chunks)} parts")
-        searched = mapped(executor, search_chunk, chunks, told("searched"))
+    with mapping(options.workers, options.cluster, len(chunks)) as mapped:
+        options.progress(f"searching: {len(points)} points in {len(chunks)} parts")
+        searched = mapped(search_chunk, chunks, told("searched"))
         known = [answer for part in searched for answer in part]
         proofs = [
             ProofChunk(points=part, answers=answers, others=_offered(part, known, axes))
             for part, answers in zip(parts, searched, strict=True)
         ]
-        proved = mapped(executor, prove_chunk, proofs, told("proved"))
+        proved = mapped(prove_chunk, proofs, told("proved"))
         answers = [answer for part in proved for answer in part]
         left = _left_over(points, answers, axes)
-        for part in mapped(executor, prove_chunk, left, lambda _count: None):
+        for part in mapped(prove_chunk, left, lambda _count: None):
             for answer in part:
                 if answer.status is Status.CERTIFIED:
                     answers[answer.index] = answer

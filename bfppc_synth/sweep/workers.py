@@ -1,4 +1,4 @@
-"""Chunks mapped over processes, in order; what is interrupted leaves no process behind."""
+"""Chunks mapped over processes or a cluster, in order; what is interrupted leaves none behind."""
 
 from __future__ import annotations
 
@@ -8,12 +8,17 @@ import signal
 import threading
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
+from functools import partial
 from multiprocessing import forkserver
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from bfppc_synth.engine import open_engine
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from multiprocessing.context import BaseContext
+
+    from bfppc_synth.engine import Engine
 
 A = TypeVar("A")
 B = TypeVar("B")
@@ -27,6 +32,23 @@ def processors() -> int:
     if hasattr(os, "sched_getaffinity"):
         return max(1, len(os.sched_getaffinity(0)))
     return max(1, os.cpu_count() or 1)
+
+
+@contextmanager
+def mapping(workers: int | None, cluster: str | None, most: int) -> Iterator[Callable[..., Any]]:
+    """Yield ``mapped`` on processes of this machine, at most ``most``, or on a Dask cluster.
+
+    Raises
+    ------
+    UsageError
+        As ``engine.open_engine``.
+    """
+    if cluster is not None:
+        with open_engine(workers=workers, cluster=cluster) as engine:
+            yield partial(_gathered, engine)
+        return
+    with executor_of(min(workers or processors(), most)) as executor:
+        yield partial(mapped, executor)
 
 
 @contextmanager
@@ -128,3 +150,15 @@ def mapped(
         results.append(future.result())
         done(len(results))
     return results
+
+
+def _gathered(
+    engine: Engine, work: Callable[[A], B], chunks: Sequence[A], done: Callable[[int], None]
+) -> list[B]:
+    """Do on an engine what ``mapped`` does; results come in any order."""
+    numbers = {id(chunk): number for number, chunk in enumerate(chunks)}
+    results: dict[int, B] = {}
+    for (chunk,), result in engine.gather(work, [(chunk,) for chunk in chunks]):
+        results[numbers[id(chunk)]] = result
+        done(len(results))
+    return [results[number] for number in range(len(chunks))]

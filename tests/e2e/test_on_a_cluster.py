@@ -1,4 +1,4 @@
-"""campaign --cluster: a real scheduler and two workers on loopback, one killed midway."""
+"""--cluster: a real scheduler and two workers on loopback, one killed midway."""
 
 from __future__ import annotations
 
@@ -99,6 +99,13 @@ def test_a_lost_worker_costs_only_its_batch_and_changes_nothing(cluster, tmp_pat
     for name in ("campaign.json", "histogram.svg"):
         assert (there / "campaign" / name).read_bytes() == (here / "campaign" / name).read_bytes()
     assert len(list(batches.glob("0*.json"))) == 12
+    # The worker that is left sweeps, too.
+    plant, over = ROOT / "examples" / "compressor_surge.yaml", "performance.accuracy=0.04:0.08:2"
+    for place, words in ((here, ("--workers", "1")), (there, ("--cluster", address))):
+        command = ["sweep", str(plant), "--over", over, *words, "--out", str(place / "sweep")]
+        assert main([*command, "--quiet"]) == 0
+    for name in ("sweep.json", "sweep.csv"):
+        assert (there / "sweep" / name).read_bytes() == (here / "sweep" / name).read_bytes()
 
 
 def test_a_dead_address_is_said_clearly(tmp_path, capsys, monkeypatch):
