@@ -102,6 +102,10 @@ class Voice:
         except KeyboardInterrupt:
             print("interrupted", file=sys.stderr)
             return 130
+        except BrokenPipeError:
+            # Who read along (head, less) has seen enough; Python's own flush must not complain.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return 141
         except Exception as error:
             if os.environ.get("BFPPC_TRACEBACK") == "1":
                 raise

@@ -74,12 +74,19 @@ def json_schema() -> dict[str, Any]:
         Draft 2020-12. Every key has its description and, where it has one, its default; what
         this version refuses is left out.
     """
+    plant = _kind("", PLANT)
+    # Objective accuracy looks for the number that every other file has to give.
+    plant["properties"]["performance"]["required"].remove("accuracy")
+    words = {"anyOf": [{"const": "accuracy"}, {"type": "object", "required": ["accuracy"]}]}
+    seeks = {"properties": {"objective": words}, "required": ["objective"]}
     return {
         "$schema": DIALECT,
         "$id": IDENTITY,
         "title": "bfppc-synth plant file",
         "description": "A strict-feedback plant, what its controller must achieve, and how.",
-        **_kind("", PLANT),
+        **plant,
+        "if": {"properties": {"synthesis": seeks}, "required": ["synthesis"]},
+        "else": {"properties": {"performance": {"required": ["accuracy"]}}},
     }
 
 

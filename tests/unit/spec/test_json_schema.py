@@ -150,3 +150,11 @@ def test_a_missing_section_is_found(key):
     document = YAML(typ="safe", pure=True).load(BASE)
     del document[key]
     assert faults(json.dumps(document)) == [""]
+
+
+@pytest.mark.parametrize("objective", ["accuracy", "{accuracy: 1, slope: 0.1}"])
+def test_only_objective_accuracy_goes_without_an_accuracy(objective):
+    free = BASE.replace("performance: {accuracy: 0.1}", "performance: {}\nactuator: {limit: 5}")
+    assert faults(free) == ["performance"]
+    assert faults(f"{free}synthesis: {{objective: {objective}}}\n") == []
+    assert faults(f"{free}synthesis: {{objective: period}}\n") == ["performance"]
