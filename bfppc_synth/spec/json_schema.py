@@ -76,7 +76,9 @@ def json_schema() -> dict[str, Any]:
     """
     plant = _kind("", PLANT)
     # Objective accuracy looks for the number that every other file has to give.
-    plant["properties"]["performance"]["required"].remove("accuracy")
+    performance = plant["properties"]["performance"]
+    performance["required"].remove("accuracy")
+    asked = {"description": performance["description"], "required": ["accuracy"]}
     words = {"anyOf": [{"const": "accuracy"}, {"type": "object", "required": ["accuracy"]}]}
     seeks = {"properties": {"objective": words}, "required": ["objective"]}
     return {
@@ -86,7 +88,7 @@ def json_schema() -> dict[str, Any]:
         "description": "A strict-feedback plant, what its controller must achieve, and how.",
         **plant,
         "if": {"properties": {"synthesis": seeks}, "required": ["synthesis"]},
-        "else": {"properties": {"performance": {"required": ["accuracy"]}}},
+        "else": {"properties": {"performance": asked}},
     }
 
 
