@@ -19,7 +19,7 @@ from bfppc_synth.reasons.suggestions import (
     together,
 )
 from bfppc_synth.reasons.words import Answer, refusal
-from bfppc_synth.spec.changing import Edit
+from bfppc_synth.spec.edits import Edit
 from bfppc_synth.synthesis import synthesize as synthesis
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from bfppc_synth.reasons.requirement import FACT, NEAR, Change, Requirement, number
-from bfppc_synth.spec.changing import Edit
+from bfppc_synth.spec.edits import Edit
 
 if TYPE_CHECKING:
     from bfppc_synth.model.spec import PlantSpec

@@ -13,7 +13,7 @@ from bfppc_synth.gains.elastic import factor, nearest_miss
 from bfppc_synth.gains.theorem1.search import search_theorem1
 from bfppc_synth.model.certificate import Verdict
 from bfppc_synth.model.spec import BoundsKind, CenterKind, Method
-from bfppc_synth.spec.changing import changed
+from bfppc_synth.spec.edits import changed
 from bfppc_synth.synthesis.prepare import prepare, problem_of_theorem1
 from bfppc_synth.synthesis.synthesize import synthesize
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from bfppc_synth.model.arithmetic import Arithmetic
     from bfppc_synth.model.design import Design
     from bfppc_synth.model.spec import PlantSpec
-    from bfppc_synth.spec.changing import Edit
+    from bfppc_synth.spec.edits import Edit
 
 
 # What an edited file may end in: a refusal, or numbers beyond what anything here computes with.

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Decimal
 
-from bfppc_synth.spec.changing import Edit
+from bfppc_synth.spec.edits import Edit
 
 #: A factor on what the file says; its edits, rounded to the side that asks for less.
 Change = Callable[[float], tuple[Edit, ...]]

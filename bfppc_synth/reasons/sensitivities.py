@@ -16,7 +16,7 @@ from bfppc_synth.model.shapes import Shape
 from bfppc_synth.model.spec import BoundsKind, Method, Objective
 from bfppc_synth.reasons.requirements import requirements_of
 from bfppc_synth.reasons.wishes import plain
-from bfppc_synth.spec.changing import changed
+from bfppc_synth.spec.edits import changed
 from bfppc_synth.synthesis.prepare import prepare
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from bfppc_synth.model.spec import QuantizerKind
 from bfppc_synth.reasons.facts import fact
 from bfppc_synth.reasons.requirement import BOUGHT, NEAR, Requirement, number
-from bfppc_synth.spec.changing import Edit
+from bfppc_synth.spec.edits import Edit
 
 if TYPE_CHECKING:
     from bfppc_synth.model.expression import Constant

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from bfppc_synth.reasons.boundary import least_relaxation
 from bfppc_synth.reasons.requirement import Requirement, number, relative_change
-from bfppc_synth.spec.changing import Edit
+from bfppc_synth.spec.edits import Edit
 
 if TYPE_CHECKING:
     from collections.abc import Callable

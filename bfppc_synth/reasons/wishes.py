@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from bfppc_synth.model.spec import Method, RhoKind
 from bfppc_synth.reasons.requirement import BOUGHT, FAR, NEAR, WISH, Requirement, number
-from bfppc_synth.spec.changing import Edit
+from bfppc_synth.spec.edits import Edit
 
 if TYPE_CHECKING:
     from bfppc_synth.model.expression import Constant

@@ -3,7 +3,7 @@
 import pytest
 
 from bfppc_synth.reasons.requirements import requirements_of
-from bfppc_synth.spec.changing import Edit, changed
+from bfppc_synth.spec.edits import Edit, changed
 from bfppc_synth.spec.load import load_spec
 
 TEXT = """name: plant

@@ -4,7 +4,7 @@ import pytest
 
 from bfppc_synth.errors import PlantFileError
 from bfppc_synth.spec.canonical import plant_document
-from bfppc_synth.spec.changing import Edit, changed
+from bfppc_synth.spec.edits import Edit, changed
 from bfppc_synth.spec.load import load_spec
 
 TEXT = """name: plant
