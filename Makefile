@@ -84,7 +84,7 @@ $(STAMP): requirements.lock pyproject.toml
 	  || { echo 'Python 3.11 or newer is needed: make PYTHON=/path/to/python3.11 $(MAKECMDGOALS)' >&2; exit 1; }
 	@$(BIN)/python -c '' 2>/dev/null || $(PYTHON) -m venv --clear $(VENV) \
 	  || { echo 'python -m venv failed; Debian and Ubuntu keep it in the package python3-venv' >&2; exit 1; }
-	@$(LANE) install $(BIN)/python -m pip install -qq --no-input --requirement requirements.lock
+	@$(LANE) install $(BIN)/python -m pip install -qq --no-input --no-deps --no-compile --requirement requirements.lock
 	@$(BIN)/python -m pip install -qq --no-input --no-deps --no-build-isolation --editable .
 	@mkdir -p build
 	@touch $@
