@@ -6,6 +6,8 @@ text -> PlantSpec -> Plant -> Majorants -> Design (gains, omega, bounds) -> Cert
 
 from __future__ import annotations
 
+import json
+import math
 from dataclasses import dataclass, field, replace
 from enum import Enum, auto
 from pathlib import Path
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
 
     from bfppc_synth.model.arithmetic import Arithmetic
     from bfppc_synth.model.design import Design
+    from bfppc_synth.model.spec import PlantSpec
     from bfppc_synth.model.trajectory import Trajectory
 
 __all__ = [
@@ -200,11 +203,23 @@ def simulate(
         "adversaries": len(evidence.adversaries),
     }
     # A start that the certificate does not cover may leave the tube; that is no contradiction.
-    contradicted = not inside and not start and _covered(design)
+    promised = not start or _starts_within(spec, start)
+    contradicted = not inside and promised and _covered(design)
     code = NotCertifiedError.exit_code if contradicted else 0
-    left = design.certificate.verdict is Verdict.CERTIFIED and not inside and not start
-    messages = (NOT_COVERED,) if left and not contradicted else ()
+    messages: tuple[str, ...] = ()
+    if not inside and not promised:
+        messages = ("the start is outside of `initial`: nothing is promised there",)
+    elif not inside and not contradicted and design.certificate.verdict is Verdict.CERTIFIED:
+        messages = (NOT_COVERED,)
     return Outcome(exit_code=code, folder=None, document=document, messages=messages)
+
+
+def _starts_within(spec: PlantSpec, start: Mapping[str, float]) -> bool:
+    ranges = dict(zip(spec.states, spec.initial, strict=True))
+    return all(
+        state in ranges and ranges[state].lower.approximate <= x <= ranges[state].upper.approximate
+        for state, x in start.items()
+    )
 
 
 def verify(folder: Path) -> Outcome:
@@ -217,6 +232,8 @@ def verify(folder: Path) -> Outcome:
     from bfppc_synth.spec.canonical import plant_json
     from bfppc_synth.spec.load import load_spec
 
+    if not any((folder / name).exists() for name in ("manifest.json", "certificate.json")):
+        raise UsageError(f"{folder}: not a folder that bfppc-synth wrote")
     report = verify_folder(folder)
     document = report.document()
     code = report.exit_code
@@ -240,10 +257,22 @@ def _changed_code(folder: Path) -> list[str]:
     from bfppc_synth.artifacts import generated_code
     from bfppc_synth.synthesis.synthesize import restore
 
-    return [
+    design = restore(folder)
+    report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+    stated = {
+        "performance.accuracy": design.omega[0],
+        "sampling.period": design.spec.sampling.period.approximate,
+    }
+    changed = [
+        f"report.json: {key} is not {value!r}: it was edited; fix: run synth again"
+        for key, value in stated.items()
+        # In binary32 the report has p_1 as the code has it.
+        if not math.isclose(report[key.split(".")[0]][key.split(".")[1]], value, rel_tol=2**-22)
+    ]
+    return changed + [
         f"{name} is not what this version generates for these gains: it was edited, or another"
         " version made it; fix: run synth again"
-        for name, text in sorted(generated_code(restore(folder)).items())
+        for name, text in sorted(generated_code(design).items())
         if (folder / name).read_bytes() != text.encode()
     ]
 

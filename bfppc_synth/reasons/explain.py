@@ -117,7 +117,7 @@ def explained(
         if change is not None:
             found[change.path] = change
         else:
-            useless.append(requirement.path)
+            (untried if question.patience.is_over else useless).append(requirement.path)
     for path, value in fixed(spec):
         if question.patience.is_over:
             untried.append(path)
@@ -127,7 +127,7 @@ def explained(
         if change is not None:
             found[path] = change
         else:
-            useless.append(path)
+            (untried if question.patience.is_over else useless).append(path)
     known, ways = other_ways(spec)
     if ways:
         progress(f"trying {ways[0][0].path} {ways[0][0].text}")

@@ -161,6 +161,9 @@ class Reader:
         name = entry.key.text.partition("\n")[0]
         guess = did_you_mean(name, known)
         fix = f"did you mean {guess}?" if guess else "known here: " + ", ".join(known)
+        if name.isdigit():
+            # In flow style `step: 0,001` ends the value at the comma.
+            message, fix = "a comma ends the value before it", "write decimals with a point: 0.001"
         self._book.blame(_join(path, name), entry.key, message, fix)
 
     def _range(self, path: str, tree: Tree) -> Interval | None:

@@ -36,10 +36,16 @@ def draw_sweep(document: Mapping[str, Any]) -> str:
         FigureCanvasSVG(figure)
         axes = figure.add_subplot()
         (_curve if len(document["axes"]) == 1 else _surface)(figure, axes, document)
-        axes.set_title(f"{document['name']}: certified designs", fontsize=10)
+        axes.set_title(_title(document), fontsize=10)
         text = io.StringIO()
         figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
     return text.getvalue()
+
+
+def _title(document: Mapping[str, Any]) -> str:
+    title, points = f"{document['name']}: certified designs", document["points"]
+    missing = sum(point["status"] != "certified" for point in points)
+    return f"{title}\nnone at {missing} of {len(points)} points (crosses)" if missing else title
 
 
 def _named(document: Mapping[str, Any]) -> str:
@@ -65,13 +71,6 @@ def _curve(figure: Any, axes: Any, document: Mapping[str, Any]) -> None:
     if open_at:
         foot = axes.get_xaxis_transform()
         axes.plot(open_at, [0.02] * len(open_at), "x", color=_CROSS, transform=foot)
-        axes.annotate(
-            f"no certified design at {len(open_at)} of {len(points)} points",
-            (0.02, 0.06),
-            xycoords="axes fraction",
-            color=_CROSS,
-            fontsize=9,
-        )
     axes.set_xlabel(path)
     axes.set_ylabel(_named(document))
     axes.grid(visible=True, which="both", linewidth=0.3)

@@ -6,6 +6,7 @@ The checker is loaded when there is something to prove: a mistake in a file is a
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bfppc_synth.gains.methods.theorem3 import stage_demands
@@ -16,6 +17,7 @@ from bfppc_synth.model.spec import Form
 if TYPE_CHECKING:
     from bfppc_synth.gains.evaluation import Evaluation
     from bfppc_synth.gains.problem import DesignProblem
+    from bfppc_synth.model.bounds import ChainBounds
     from bfppc_synth.model.shapes import Shape
     from bfppc_synth.model.spec import PlantSpec
 
@@ -101,4 +103,27 @@ def judged_in_floats(problem: DesignProblem, found: Evaluation) -> Certificate:
     verdict = Verdict.PRINTED if printed else Verdict.UNDECIDED
     return Certificate(
         verdict=verdict, inequalities=inequalities, assumptions=(), failures=failures
+    )
+
+
+def promised(
+    bounds: ChainBounds[float], states: tuple[str, ...], certificate: Certificate
+) -> ChainBounds[float]:
+    """Return the bounds with U and X_i as proved: the upper ends of the certificate.
+
+    What the search computed in floats may be less, by a part in a thousand with center nominal.
+    """
+    if certificate.verdict is not Verdict.CERTIFIED or not certificate.document:
+        return bounds
+    enclosures = json.loads(certificate.document).get("enclosures", {})
+
+    def upper(key: str, value: float) -> float:
+        pair = enclosures.get(key)
+        return value if pair is None else max(value, float.fromhex(pair[1]))
+
+    sizes = zip(states, bounds.X, strict=True)
+    return replace(
+        bounds,
+        U=upper("U", bounds.U),
+        X=tuple(upper(f"X[{state}]", size) for state, size in sizes),
     )

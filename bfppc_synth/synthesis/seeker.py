@@ -214,7 +214,7 @@ class Seeker:
             if word is Objective.PERIOD:
                 key, side = "sampling.period", "of at least"
             allowed = f" {side} {self._given:.6g}, which the file asks for,"
-            fix = f"\n  fix: remove {key}: objective {word} then finds what there is"
+            fix = f"\n  fix: raise actuator.limit, or try without {key} (not certified)"
         head = f"no certified design for {self.spec.path}: no {word}{allowed}"
         if not probes:
             other = (

@@ -27,7 +27,7 @@ from bfppc_synth.spec.resolve import read_chosen, require_same, resolved
 from bfppc_synth.synthesis.arithmetic import read_arithmetic, require_arithmetic
 from bfppc_synth.synthesis.nominal import around_performance
 from bfppc_synth.synthesis.prepare import MARGINS, prepare, problem_of_theorem1
-from bfppc_synth.synthesis.proof import certified_period, judged_in_floats, proved
+from bfppc_synth.synthesis.proof import certified_period, judged_in_floats, promised, proved
 from bfppc_synth.synthesis.rounding import (
     found_with_room,
     rounded_evaluation,
@@ -185,6 +185,11 @@ def restore(folder: Path) -> Design:
         tight, termwise = restored_tight(document)
         period = float(document["sampling"]["largest_certified_period"] or 0.0)
         center, transition = document["center"], document["performance"].get("transition")
+    except FileNotFoundError as error:
+        raise UsageError(
+            f"{folder}: not a generated folder (no report.json); fix: name a folder that"
+            " bfppc-synth wrote"
+        ) from error
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise UsageError(
             f"{folder}: not a generated folder ({type(error).__name__}: {error}); fix: name a"
@@ -240,7 +245,7 @@ def _design(
         conditions=conditions(spec),
         gains=found.shapes,
         omega=found.half_widths,
-        bounds=found.bounds,
+        bounds=promised(found.bounds, spec.states, certificate),
         certificate=replace(certificate, inequalities=tuple(entries)),
         largest_certified_period=period,
         stages=() if problem.staging is None else problem.staging.stages,

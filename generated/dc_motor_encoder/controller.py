@@ -48,7 +48,7 @@ U_MAX = 1.1213274290427777
 # CERTIFIED CONSTANTS END
 
 # Screening: nothing is certified about these.
-x_limit_1 = 8.083517048861067
+x_limit_1 = 8.083533698509335
 eta_1 = 0.0007669903939428208
 start_lower_1 = -0.0007669903939428215
 start_upper_1 = 0.0007669903939428215

@@ -46,10 +46,10 @@ U_MAX = 168.53569000018803
 # CERTIFIED CONSTANTS END
 
 # Screening: nothing is certified about these.
-x_limit_1 = 4.6
+x_limit_1 = 4.6000000000000005
 start_lower_1 = 1.0
 start_upper_1 = 1.0
-x_limit_2 = 18.04550966298896
+x_limit_2 = 18.045509662988962
 start_lower_2 = 0.0
 start_upper_2 = 0.0
 y_d_limit = 1e-09

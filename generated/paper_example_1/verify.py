@@ -5841,6 +5841,7 @@ def _verified_folder(folder: Path) -> Report:
     screen(text, [*design.constants(), *limits])
     _check_python_arithmetic(text, design.arithmetic)
     _check_places(text, design.constants())
+    _check_promises(text, obligations.problem)
     count = check_controller(folder / "controller.py", obligations, design)
     tests.append(f"law: controller.py gave {count} commands, each inside its enclosure")
     return Report(
@@ -5918,6 +5919,39 @@ def _check_places(source: str, keys: Iterable[str]) -> None:
     }
     for key in sorted(set(keys) - inside):
         raise MalformedError(f"controller.py: {key} is not assigned inside the block")
+
+
+def _check_promises(source: str, problem: Problem) -> None:
+    """Want the members that tell a caller what is proved: order, p_1 and the longest period."""
+    wanted = {
+        "ORDER": from_fraction(Fraction(len(problem.states))),
+        "ACCURACY": problem.accuracy,
+        "PERIOD": problem.period,
+    }
+    stored: list[str] = []
+    values: dict[str, Any] = {}
+    given: Any
+    for item in ast.walk(ast.parse(source)):
+        if isinstance(item, ast.Name) and isinstance(item.ctx, ast.Store):
+            stored.append(item.id)
+        elif isinstance(item, (ast.FunctionDef, ast.ClassDef)):
+            stored.append(item.name)
+        if isinstance(item, ast.ClassDef) and item.name == "Controller":
+            for line in item.body:
+                if isinstance(line, ast.Assign) and isinstance(line.value, ast.Constant):
+                    values |= {
+                        target.id: line.value.value
+                        for target in line.targets
+                        if isinstance(target, ast.Name)
+                    }
+    close = 22 if problem.arithmetic.single else 50
+    for key, value in wanted.items():
+        given = values.get(key)
+        if stored.count(key) != 1 or type(given) not in (int, float) or not math.isfinite(given):
+            raise MalformedError(f"controller.py: {key} is not one number of the class Controller")
+        distance = absolute(sub(from_fraction(Fraction(given)), value))
+        if distance[1] > scale(Fraction(1, 1 << close), absolute(value))[1] + 2:
+            raise MalformedError(f"controller.py: {key} = {given!r} is not what is proved")
 
 
 _C_TOKEN = re.compile(r"/\*.*?\*/|//[^\n]*|(\"[^\"\n]*\")", re.DOTALL)

@@ -20,7 +20,7 @@
 #define WIDTH 1
 
 static const cart_pendulum_real u_max = 6.117405021016495;
-static const cart_pendulum_real x_limit[cart_pendulum_ORDER] = {0.5764903668432702, 1.0008082698581597};
+static const cart_pendulum_real x_limit[cart_pendulum_ORDER] = {0.5764903668432702, 1.00080826985816};
 static const cart_pendulum_real y_limit[WIDTH] = {0.10576695367096214};
 static const cart_pendulum_real period = 0.001;
 

@@ -20,7 +20,7 @@
 #define WIDTH 1
 
 static const chua_real u_max = 22.12343249056203;
-static const chua_real x_limit[chua_ORDER] = {2.5892347533936677, 0.5401365550441009, 3.8874693391472124};
+static const chua_real x_limit[chua_ORDER] = {2.5892347533936677, 0.5401596440963997, 3.8874693391472124};
 static const chua_real y_limit[WIDTH] = {0.5050000010005051};
 static const chua_real period = 0.0002;
 

@@ -20,7 +20,7 @@
 #define WIDTH 1
 
 static const compressor_surge_real u_max = 60.87784000007007;
-static const compressor_surge_real x_limit[compressor_surge_ORDER] = {2.2, 7.322523230953222};
+static const compressor_surge_real x_limit[compressor_surge_ORDER] = {2.2, 7.322523230953224};
 static const compressor_surge_real y_limit[WIDTH] = {1e-09};
 static const compressor_surge_real period = 0.001;
 

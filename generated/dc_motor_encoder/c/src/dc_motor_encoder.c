@@ -42,7 +42,7 @@ static const dc_motor_encoder_real dc_motor_encoder_U_MAX = 1.1213274290427777;
 /* CERTIFIED CONSTANTS END */
 
 /* Screening: nothing is certified about these. */
-static const dc_motor_encoder_real dc_motor_encoder_x_limit_1 = 8.083517048861067;
+static const dc_motor_encoder_real dc_motor_encoder_x_limit_1 = 8.083533698509335;
 static const dc_motor_encoder_real dc_motor_encoder_eta_1 = 0.0007669903939428208;
 static const dc_motor_encoder_real dc_motor_encoder_start_lower_1 = -0.0007669903939428215;
 static const dc_motor_encoder_real dc_motor_encoder_start_upper_1 = 0.0007669903939428215;

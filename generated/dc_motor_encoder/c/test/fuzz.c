@@ -20,7 +20,7 @@
 #define WIDTH 1
 
 static const dc_motor_encoder_real u_max = 1.1213274290427777;
-static const dc_motor_encoder_real x_limit[dc_motor_encoder_ORDER] = {8.083517048861067, 44.65480947685508};
+static const dc_motor_encoder_real x_limit[dc_motor_encoder_ORDER] = {8.083533698509335, 44.65480947685508};
 static const dc_motor_encoder_real y_limit[WIDTH] = {2.0200000010020203};
 static const dc_motor_encoder_real period = 0.0005;
 

@@ -20,7 +20,7 @@
 #define WIDTH 1
 
 static const motor_arm_real u_max = 921.5368876679444;
-static const motor_arm_real x_limit[motor_arm_ORDER] = {6.483185307185869, 15.827005020475802, 180.7707252101957};
+static const motor_arm_real x_limit[motor_arm_ORDER] = {6.483185307185869, 15.827005020475802, 180.77072521019574};
 static const motor_arm_real y_limit[WIDTH] = {1.586504291064432};
 static const motor_arm_real period = 0.0001;
 

@@ -41,10 +41,10 @@ static const paper_example_1_real paper_example_1_U_MAX = 168.53569000018803;
 /* CERTIFIED CONSTANTS END */
 
 /* Screening: nothing is certified about these. */
-static const paper_example_1_real paper_example_1_x_limit_1 = 4.6;
+static const paper_example_1_real paper_example_1_x_limit_1 = 4.6000000000000005;
 static const paper_example_1_real paper_example_1_start_lower_1 = 1.0;
 static const paper_example_1_real paper_example_1_start_upper_1 = 1.0;
-static const paper_example_1_real paper_example_1_x_limit_2 = 18.04550966298896;
+static const paper_example_1_real paper_example_1_x_limit_2 = 18.045509662988962;
 static const paper_example_1_real paper_example_1_start_lower_2 = 0.0;
 static const paper_example_1_real paper_example_1_start_upper_2 = 0.0;
 static const paper_example_1_real paper_example_1_y_d_limit = 1e-09;

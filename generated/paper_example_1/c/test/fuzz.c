@@ -20,7 +20,7 @@
 #define WIDTH 1
 
 static const paper_example_1_real u_max = 168.53569000018803;
-static const paper_example_1_real x_limit[paper_example_1_ORDER] = {4.6, 18.04550966298896};
+static const paper_example_1_real x_limit[paper_example_1_ORDER] = {4.6000000000000005, 18.045509662988962};
 static const paper_example_1_real y_limit[WIDTH] = {1e-09};
 static const paper_example_1_real period = 0.001;
 

@@ -20,7 +20,7 @@
 #define WIDTH 1
 
 static const switching_example_2_real u_max = 6212.14007841799;
-static const switching_example_2_real x_limit[switching_example_2_ORDER] = {5.483105788257443, 93.2586569674319};
+static const switching_example_2_real x_limit[switching_example_2_ORDER] = {5.483105788257443, 93.25865696743192};
 static const switching_example_2_real y_limit[WIDTH] = {1.0100000010010102};
 static const switching_example_2_real period = 0.001;
 
