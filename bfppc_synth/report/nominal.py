@@ -62,9 +62,9 @@ def feed_entry(design: Design) -> dict[str, object]:
     """Lay out the bounds on v, on its rate and on its start, where there is a v."""
     if design.nominal is None:
         return {}
-    center = design.center
+    center, split = design.center, design.nominal_split
     return {
-        "v": finite(center.v),
+        "v": finite(center.v if split is None else split.feedforward),
         "v_rate": finite(center.v_rate),
         "v_start": finite(center.v_start),
     }

@@ -236,6 +236,10 @@ def _design(
             entries.append(replace(entry, binding_terms=explained(problem, found, step)))
         else:
             entries.append(entry)
+    bounds = promised(found.bounds, spec.states, certificate)
+    split = nominal_split(problem, found)
+    if split is not None:
+        split = replace(split, feedforward=bounds.U - split.tube - split.actuator_error)
     return Design(
         spec=spec,
         plant=problem.plant,
@@ -245,12 +249,12 @@ def _design(
         conditions=conditions(spec),
         gains=found.shapes,
         omega=found.half_widths,
-        bounds=promised(found.bounds, spec.states, certificate),
+        bounds=bounds,
         certificate=replace(certificate, inequalities=tuple(entries)),
         largest_certified_period=period,
         stages=() if problem.staging is None else problem.staging.stages,
         nominal=None if problem.nominal is None else problem.nominal.model,
-        nominal_split=nominal_split(problem, found),
+        nominal_split=split,
         tight=found.tight,
         arithmetic=problem.arithmetic,
         optimality=optimality_of(problem, found),

@@ -73,7 +73,7 @@ def test_a_limit_that_nothing_keeps_is_answered_with_one_that_suffices(
     with pytest.raises(NoDesignError, match=words) as caught:
         synthesize(spec)
     assert "would suffice: actuator.limit" in str(caught.value)
-    assert "fix: remove" in str(caught.value)
+    assert "fix: raise actuator.limit" in str(caught.value)
 
 
 def test_a_question_without_its_subject_is_refused(tmp_path: Path) -> None:

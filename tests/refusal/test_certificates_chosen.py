@@ -162,5 +162,7 @@ def test_a_folder_whose_report_and_proof_differ_is_refused(folder: Path, tmp_pat
         manifest["files"][name] = hashlib.sha256(text.encode()).hexdigest()
     (out / "manifest.json").write_text(json.dumps(manifest))
     outcome = pipeline.verify(out)
-    assert outcome.exit_code == 4
+    # The controller states what is not proved: malformed, before any claim is read.
+    assert outcome.exit_code == 2
+    assert "PERIOD" in " ".join(outcome.document["failures"])
     assert "different values" in outcome.messages[0]
