@@ -117,7 +117,7 @@ def open_engine(*, workers: int | None, cluster: str | None) -> Iterator[Engine]
         return
     if workers is not None and workers < 1:
         raise UsageError(f"--workers {workers}: not a positive number; fix: write --workers 2")
-    count = workers or _processors()
+    count = workers or processors()
     executor = ThreadPoolExecutor(max_workers=count, thread_name_prefix="batch")
     try:
         yield Engine(executor=executor, width=count + 1, remote=False)
@@ -125,7 +125,7 @@ def open_engine(*, workers: int | None, cluster: str | None) -> Iterator[Engine]
         executor.shutdown(wait=True, cancel_futures=True)
 
 
-def _processors() -> int:
+def processors() -> int:
     """Count the processors that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))

@@ -12,7 +12,7 @@ from functools import partial
 from multiprocessing import forkserver
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from bfppc_synth.engine import open_engine
+from bfppc_synth.engine import open_engine, processors
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -25,13 +25,6 @@ B = TypeVar("B")
 
 # Loaded once by the process that the workers are copies of.
 _PRELOADED = ["bfppc_synth.sweep.solving", "bfppc_synth.gains.solve", "bfppc_synth.certificate"]
-
-
-def processors() -> int:
-    """Count the processors that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return max(1, len(os.sched_getaffinity(0)))
-    return max(1, os.cpu_count() or 1)
 
 
 @contextmanager
